@@ -171,6 +171,80 @@ def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch)
         accurate(vibrating(), tolerance=0.01, executor=Inside(newer))
 
 
+@pytest.mark.parametrize("options", [{"tolerance": 0.001}, {"limit": Limit(None, 1e7)}])
+def test_a_worker_of_another_version_on_the_way_ends_a_search_with_the_best(
+    options: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And is not taken for a lattice that is refused, which a budget would call the finest that it pays for."""
+
+    def newer(number: int) -> None:
+        if number > 3:
+            monkeypatch.setattr(elsewhere, "plugins_of", lambda scene: {"integrator leapfrog": "somebody's 2.0"})
+
+    found = accurate(vibrating(), tmp_path / "out", **options, executor=Inside(newer))
+    assert found.status == "refused"
+    assert "somebody's 2.0" in found.why
+    assert found.data["chosen"] == found.data["rows"][-1]["cells"]
+    assert (tmp_path / "out" / "accuracy.json").is_file()
+
+
+def test_a_worker_that_cannot_run_rows_of_a_check_leaves_the_answer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = len(accurate(vibrating(), tolerance=0.01).data["rows"])
+
+    def newer(number: int) -> None:
+        if number > rows:
+            monkeypatch.setattr(elsewhere, "plugins_of", lambda scene: {"integrator leapfrog": "somebody's 2.0"})
+
+    found = accurate(vibrating(), tmp_path / "out", tolerance=0.01, check=True, executor=Inside(newer))
+    assert found.status == "met"
+    assert "another scheme was asked: a worker on" in json.dumps(found.data)
+    assert (tmp_path / "out" / "accuracy.json").is_file()
+
+
+def test_seconds_end_a_search_that_no_worker_takes_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Nobody(Executor):
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            return Future()
+
+    monkeypatch.setattr(elsewhere, "GRACE", 0.1)
+    started = time.perf_counter()
+    found = accurate(vibrating(), tolerance=0.01, limit=Limit(1.0), executor=Nobody())
+    assert time.perf_counter() - started < 5.0
+    assert found.status == "refused"
+    assert "no worker was done with it in the time that there is" in found.why
+
+
+def test_rows_that_run_already_are_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever they are thought to take after the first is known: they end by themselves where they are late."""
+    limit = Limit(60.0)
+
+    def cost(self: Limit, rows: Any, plan: Any, *, composed: bool = False) -> float:
+        return 100.0 if rows.made and len(rows.made) < 3 else 0.0
+
+    monkeypatch.setattr(Limit, "cost", cost)
+    found = accurate(vibrating(), tolerance=0.05, limit=limit, executor=Inside())
+    assert found.status == "met"
+    assert accurate(vibrating(), tolerance=0.05, limit=limit).status == "out of reach"
+
+
+def test_a_row_that_is_set_up_when_the_search_has_ended_leaves_nothing(tmp_path: Path) -> None:
+    class Later(Inside):
+        """Has its tasks done when all is over."""
+
+        def run(self) -> None:
+            raise KeyboardInterrupt
+
+    pool = Later()
+    found = accurate(vibrating(), tmp_path / "out", tolerance=0.01, executor=pool)
+    assert found.status == "interrupted"
+    for each in pool.waiting:
+        with pytest.raises((BrokenExecutor, wsph.OutputError)):
+            each.call()
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_interrupt_keeps_the_best_row_and_drops_what_has_been_sent(tmp_path: Path) -> None:
     """In the middle of the first three, of which the first to be asked for is the coarsest."""
 

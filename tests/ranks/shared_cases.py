@@ -170,19 +170,20 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
-def spanning(**changes: object) -> wsph.Scene:
-    """A body that comes down on two others beside each other, across the gap between them: vertices there are near both."""
+def cornered(**changes: object) -> wsph.Scene:
+    """A body that comes into the corner between two others: there a vertex is pushed by both, and pushes both."""
+    probes = [{"name": name, "of": name, "fields": ["force", "work"], "every": 1} for name in ("one", "two")]
     return scene(
         more=[
-            ("d", [90.5, 0.0], [150.5, 50.0], {}),
-            ("c", [60.3, 50.01], [120.3, 116.01], {"velocity": ["2e-3*y", "-0.2"]}),
+            ("d", [90.05, 0.0], [150.05, 90.0], {}),
+            ("c", [20.04, 50.01], [90.04, 116.01], {"velocity": [0.1, -0.2]}),
         ],
         contact=[
             {"name": "one", "between": ["b", "c"], "friction": 0.3},
             {"name": "two", "between": ["d", "c"], "friction": 0.3},
         ],
         **changes,
-    )
+    ).with_(probes=probes)
 
 
 def going_round(dim: int, **changes: object) -> wsph.Scene:
@@ -363,8 +364,8 @@ CASES = {
     "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
-    "contact of two": lambda: spanning(),
-    "contact of two, thick": lambda: spanning(form="total-lagrangian", run={"precision": "f32"}),
+    "contact of two": lambda: cornered(),
+    "contact of two along edges": lambda: cornered(form="total-lagrangian", run={"precision": "f32"}),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
     "contact with itself": lambda: scene(
         body=SLIT,

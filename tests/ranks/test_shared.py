@@ -25,7 +25,7 @@ GROUPS = [
     ("bodies", "bodies, resumed"),
     (
         "contact of two",
-        "contact of two, thick",
+        "contact of two along edges",
         "contact 3D",
         "contact with itself",
         "tie",

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -17,8 +18,9 @@ from tests.accuracy.test_elsewhere import same
 from tests.accuracy.test_search import PROBE, TOML, vibrating
 from tests.ranks.launch import MPIEXEC, command, environment, launched, needs_mpi
 from wsph.accuracy.accurate import accurate
+from wsph.accuracy.running.task import Lost
 from wsph.cli import main
-from wsph.study.cluster import executor_at
+from wsph.study.cluster import _passed_on, executor_at
 from wsph.study.runs import run_study
 from wsph.study.tables import load_study
 
@@ -124,6 +126,27 @@ def test_a_search_goes_on_when_a_worker_of_dask_is_killed(scheduler: str, tmp_pa
     assert main([*search, str(tmp_path / "file"), "--scheduler", scheduler]) == 0
     assert main([*search, str(tmp_path / "one")]) == 0
     same(tmp_path / "one", tmp_path / "file")
+
+
+def test_a_result_that_cannot_be_fetched_is_told_and_not_waited_for() -> None:
+    class Gone:
+        """A task of Dask whose scheduler is gone when its result is asked for."""
+
+        status = "finished"
+
+        def cancel(self) -> None: ...
+
+        def release(self) -> None: ...
+
+        def exception(self) -> None: ...
+
+        def result(self) -> object:
+            raise OSError("the connection was closed")
+
+    future: Future[object] = Future()
+    _passed_on(future, Gone())
+    with pytest.raises(Lost, match="its result did not come: OSError: the connection was closed"):
+        future.result(1.0)
 
 
 @needs_dask

@@ -80,10 +80,8 @@ class Elsewhere:
         if task is None:
             task = self._tasks[order.scene] = self._sent(order)
         until = order.begun + order.due.until + order.due.slack + GRACE
-        try:
-            ran, folder = task.result(lambda: None if until == math.inf else until - time.perf_counter())
-        finally:
-            del self._tasks[order.scene]
+        ran, folder = task.result(lambda: None if until == math.inf else until - time.perf_counter())
+        del self._tasks[order.scene]
         for words in ran.result.summary["findings"]:
             doubt(words, stacklevel=2)
         if order.out is not None and folder is not None:
