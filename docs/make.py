@@ -21,7 +21,7 @@ import numpy as np
 from choosing import choose, single
 from covered import coverage, met
 from markers import between
-from processes import processes, shares
+from processes import processes, shares, touching
 from roofline import roofline
 from trying import suite, tried
 
@@ -36,7 +36,7 @@ PAGES = {
     ),
     **dict.fromkeys(("glance", "answer", "met", "alone", "suite"), "README.md"),
     "tried": "docs/howto/install.md",
-    **dict.fromkeys(("processes", "shares"), "docs/howto/cluster.md"),
+    **dict.fromkeys(("processes", "shares", "touching"), "docs/howto/cluster.md"),
     **dict.fromkeys(("choose", "single"), "docs/howto/choose.md"),
 }
 """The page that a table stands in, between markers of its name."""
@@ -370,6 +370,7 @@ def main() -> None:
         tried,
         processes,
         shares,
+        touching,
     )
     tables = {f.__name__: f for f in every}
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")

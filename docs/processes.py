@@ -1,4 +1,5 @@
-"""The tables of what processes that share a scene are efficient to, from docs/processes.json and docs/shares.json."""
+"""The tables of what processes that share a scene are efficient to, from docs/processes.json, docs/shares.json and
+docs/contact_ranks.json."""
 
 import json
 from pathlib import Path
@@ -42,6 +43,33 @@ def shares() -> list[str]:
         " gets finer. The least of turns of `mpiexec -n N python tests/benchmarks/shares.py`.)",
     ]
     return rows
+
+
+MESSAGES = ("told", "brought")
+"""What of contact is messages."""
+
+
+def touching() -> list[str]:
+    """Rows of the time of contact on one process and on two, as `tests/benchmarks/contact_ranks.py` has measured it."""
+    found = json.loads((ROOT / "docs" / "contact_ranks.json").read_text())
+    rows = [
+        "| CPU time of contact in a step | particles, pairs | one process | each of two, beside messages | messages | a search on one, on two |",
+        "| --- |" + " --- |" * 5,
+    ]
+    for name, (alone,) in found["1"].items():
+        each = found["2"][name]
+        sent = [sum(one["launches"].get(part, 0.0) for part in MESSAGES) for one in each]
+        own = max(one["contact"] - part for one, part in zip(each, sent, strict=True))
+        rows.append(
+            f"| {name} | {alone['particles'] / 1000:.0f} k, {alone['visited'] / 1000:.2g} k | {_ms(alone['contact'])} | {_ms(own)},"
+            f" {100.0 * own / alone['contact']:.0f} % | {_ms(max(sent))} | {_ms(alone['search'])}, {_ms(max(one['search'] for one in each))} |"
+        )
+    rows += ["", "(Stress points in 3D, f64, one thread each, two cores: `mpiexec -n N python tests/benchmarks/contact_ranks.py --cells 24`.)"]  # fmt: skip
+    return rows
+
+
+def _ms(us: float) -> str:
+    return f"{us / 1000.0:.2g} ms"
 
 
 def _more(over: float) -> str:

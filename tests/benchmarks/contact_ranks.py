@@ -1,7 +1,8 @@
 """Where the time of contact goes where processes share a scene: CPU time of a step, by what takes it.
 
-    mpiexec -n N python tests/benchmarks/contact_ranks.py [--cells 16] [--steps 60] [SCENE...]
+    mpiexec -n N python tests/benchmarks/contact_ranks.py [--cells 16] [--steps 60] [--json FILE] [SCENE...]
 
+--json: into a file, beside what it has of other numbers of processes (docs/contact_ranks.json, for docs/make.py).
 Prints a line of JSON a scene and process. CPU is a process's own time, in microseconds, the 10th percentile of the steps: of
 the bodies, of contact, and of its kernels by name. Messages are `brought`, what surfaces hang on, and `told`, what acts; all
 processes begin them together, so that none waits. `search`: the best of some. `visited`: pairs of a vertex and a face that
@@ -10,11 +11,13 @@ are looked at in a step.
 
 import argparse
 import json
+import os
 import time
 import warnings
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -67,11 +70,11 @@ def tool(n: float) -> dict[str, Any]:
 
 
 SCENES = {
-    "blocks": lambda n: blocks(n, friction=0.3),
-    "ball": ball,
-    "itself": itself,
-    "tool": tool,
-    "tie": lambda n: blocks(n, law="tie"),
+    "two plates": lambda n: blocks(n, friction=0.3),
+    "a ball on a block": ball,
+    "the sides of a slit": itself,
+    "a plate and a rigid ball": tool,
+    "two plates that are tied": lambda n: blocks(n, law="tie"),
 }
 
 
@@ -162,7 +165,9 @@ def coupling_search(coupling: Any, searches: Searches) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser()
+    """Measure, print, and with --json keep."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path)
     parser.add_argument("scenes", nargs="*", default=list(SCENES))
     parser.add_argument("--cells", type=float, default=16.0)
     parser.add_argument("--steps", type=int, default=60)
@@ -170,6 +175,7 @@ def main() -> None:
     warnings.simplefilter("ignore")
     wp.config.quiet = True
     domain, searches = world.domain(), Searches()
+    kept: dict[str, list[dict[str, Any]]] = {}
     for name in options.scenes:
         run = {
             "integrator": "leapfrog",
@@ -184,8 +190,13 @@ def main() -> None:
         for each in range(domain.size):
             words = domain.told(partial(json.dumps, row), by=each)
             if domain.rank == 0:
+                kept.setdefault(name, []).append(json.loads(words))
                 shown = {k: round(v, 1) if isinstance(v, float) else v for k, v in json.loads(words).items()}
                 print(json.dumps({"scene": name, "process": f"{each} of {domain.size}"} | shown), flush=True)
+    if options.json is not None and domain.rank == 0:
+        known = json.loads(options.json.read_text()) if options.json.exists() else {}
+        known |= {str(domain.size): kept, "machine": f"{os.cpu_count()} cores", "cells": options.cells}
+        options.json.write_text(json.dumps(known, indent=1) + "\n")
 
 
 if __name__ == "__main__":
