@@ -425,6 +425,9 @@ CASES = {
         body={"cracks": CRACKS[:1], "shape": HOLE["shape"], "surface": "stairs"},
         boundary=[{"body": "b", "patch": "hole", "stress": {"xx": 1e-3, "yy": 1e-3}}],
     ),
+    "two sets mapped": lambda: two_sets(
+        body={"map": ["x + 0.4*sin(x)", "y*(1 + 0.002*x)"]}, boundary=[], run={"guard": "warn", "dt": 0.1}
+    ),
     "two sets bodies": lambda: two_sets(more=[BESIDE[0], (*BESIDE[1][:3], {"damping": {"rate": 0.01}})]),
     "two sets moving": lambda: two_sets(
         moves=True,
