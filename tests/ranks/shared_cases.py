@@ -335,11 +335,6 @@ CASES = {
     "relaxed bodies": lambda: scene(
         **RESTED, contact=[{"name": "touch", "between": ["b", "c"], "law": "surface"}], tools=[DIE]
     ),
-    "relaxed tie": lambda: scene(
-        form="total-lagrangian",
-        **RESTED,
-        contact=[{"name": "touch", "between": ["b", "c"], "law": "tie"}],
-    ),
     "relaxed balls": lambda: scene(
         form="total-lagrangian",
         **RESTED | {"boundary": [PUSHED if "pressure" in each else each for each in RESTED["boundary"]]},
@@ -424,9 +419,6 @@ CASES = {
     "two sets cracked": lambda: two_sets(
         body={"cracks": CRACKS[:1], "shape": HOLE["shape"], "surface": "stairs"},
         boundary=[{"body": "b", "patch": "hole", "stress": {"xx": 1e-3, "yy": 1e-3}}],
-    ),
-    "two sets mapped": lambda: two_sets(
-        body={"map": ["x + 0.4*sin(x)", "y*(1 + 0.002*x)"]}, boundary=[], run={"guard": "warn", "dt": 0.1}
     ),
     "two sets bodies": lambda: two_sets(more=[BESIDE[0], (*BESIDE[1][:3], {"damping": {"rate": 0.01}})]),
     "two sets moving": lambda: two_sets(

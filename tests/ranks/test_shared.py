@@ -14,7 +14,7 @@ RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking"
 GROUPS = [
     ("edges viscous", "contact", "updated sheared", "two sets moving"),
     ("cracked", "updated walls", "two sets, resumed", "updated, resumed"),
-    ("two sets bar", "two sets jittered", "two sets cracked", "two sets mapped", "two sets bodies"),
+    ("two sets bar", "two sets jittered", "two sets cracked", "two sets bodies"),
     ("two sets adapting", "two sets moving 3D", "two sets moving bar", "two sets moving jittered"),
     ("two sets moving, resumed", "two sets, begun", "two sets plastic, resumed", "two sets moving, threads"),
     ("viscous", "rubber", "bar", "edges", "kernel"),
@@ -23,7 +23,7 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED),
     ("contact of two", "contact of two along edges", "contact 3D", "contact with itself"),
     ("contact, resumed", "tie, resumed", "bodies, resumed"),
-    ("relaxed bodies, stopped", "relaxed tie", "relaxed balls"),
+    ("relaxed bodies, stopped", "relaxed balls"),
     ("plastic, threads", "relaxed bodies, threads"),
     ("round", "round in 3D", "round along edges, resumed"),
     ("balls", "balls of links, resumed"),

@@ -97,8 +97,7 @@ def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed:
 def support_of(scene: Scene, body: Body, formulation: Formulation) -> float:
     """The support of a kernel's pairs [spacings]."""
     traits, own = formulation.traits, [part.support for part in body.parts.values() if part.support is not None]
-    irregular = bool(body.jitter or body.map) and not traits.one_set
-    usual = traits.jittered if irregular else traits.support
+    usual = traits.jittered if body.jitter and not traits.one_set else traits.support
     return scene.run.support or (own[0] if own else usual)
 
 
