@@ -45,7 +45,7 @@ class DaskExecutor(Executor):
         """As `Executor.submit`; task and result have to be picklable, and wsph installed where they go. Raises Lost."""
         future: Future[T] = Future()
         try:
-            task = self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES)
+            task = cast(Task, self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES))
         except Exception as error:  # Dask has many names for a scheduler that is gone
             raise Lost(f"the scheduler takes nothing: {type(error).__name__}: {error}") from error
         task.add_done_callback(partial(_passed_on, future))
@@ -67,6 +67,8 @@ class Task(Protocol):
     def release(self) -> None: ...
 
     def result(self) -> object: ...
+
+    def add_done_callback(self, call: "Callable[[Task], object]") -> object: ...
 
     def exception(self) -> BaseException | None: ...
 
