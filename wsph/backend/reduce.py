@@ -68,9 +68,9 @@ class Segments:
         return domain.joined(sums)[np.argsort(domain.joined(self.owner), kind="stable")]
 
 
-def total(values: Array, domain: Domain = WHOLE) -> float:
-    """The sum of an array (n,), in double precision."""
-    return float(domain.joined(values.numpy()).sum(dtype=np.float64))
+def total(values: Array, domain: Domain = WHOLE, rows: slice | np.ndarray = slice(None)) -> float:
+    """The sum of an array (n,), or of some `rows` of it, over all processes, in double precision."""
+    return float(domain.joined(values.numpy()[rows]).sum(dtype=np.float64))
 
 
 def totals(values: Array, domain: Domain = WHOLE) -> np.ndarray:

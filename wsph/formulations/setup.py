@@ -12,6 +12,7 @@ from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.part import Host
 from wsph.plugins.formulations import Formulation
 from wsph.protocols import Traits
+from wsph.scene.geometries import support_of
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.units import Scales
@@ -56,8 +57,7 @@ class Setup:
     @property
     def host(self) -> Host:
         """The body as its parts see it."""
-        run, parts, edges = self.scene.run, self.body.parts, self.along_edges
-        own = [part.support for part in parts.values() if part.support is not None]
+        run, edges = self.scene.run, self.along_edges
         return Host(
             self.body.name,
             self.space,
@@ -67,11 +67,11 @@ class Setup:
             self.traits,
             run.correction,
             run.kernel,
-            run.support or (own[0] if own else self.traits.support),
+            support_of(self.scene, self.body, self.formulation),
             not self.traits.pairwise or self.body.placement == "nodes" or edges,
             edges,
             self.at_corners,
-            parts,
+            self.body.parts,
             self.body.initial is not None and bool(self.body.initial.stress),
         )
 

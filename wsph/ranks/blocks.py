@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.backend.domain import Domain, Share
-from wsph.backend.reduce import BLOCK
+from wsph.backend.reduce import BLOCK, total
 from wsph.backend.space import Array
 
 
@@ -83,7 +83,7 @@ class Dots:
 def own_total(values: Array, first: np.ndarray, share: Share, domain: Domain) -> float:
     """The sum of an array (b,) over blocks of rows of which the `first` (b,) is one that a process owns, in double
     precision."""
-    return float(domain.joined(values.numpy()[share.owns(first)]).sum(dtype=np.float64))
+    return total(values, domain, share.owns(first))
 
 
 def own_mean(values: np.ndarray, share: Share, domain: Domain) -> np.ndarray:

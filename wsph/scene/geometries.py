@@ -95,9 +95,10 @@ def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed:
 
 
 def support_of(scene: Scene, body: Body, formulation: Formulation) -> float:
-    """The support of a kernel's pairs [spacings]."""
+    """The support of a kernel's pairs [spacings]: the scene's, that of a part that needs one, or by default."""
     traits, own = formulation.traits, [part.support for part in body.parts.values() if part.support is not None]
-    usual = traits.jittered if body.jitter and not traits.one_set else traits.support
+    moved = body.jitter and scene.dim > 1 and not traits.one_set
+    usual = traits.jittered if moved else traits.support
     return scene.run.support or (own[0] if own else usual)
 
 

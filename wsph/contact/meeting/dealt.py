@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from wsph.backend.arrays import host, put
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain, Share
+from wsph.backend.reduce import total
 from wsph.backend.space import Array
 from wsph.ranks.packing import packed, unpacked
 
@@ -76,7 +77,7 @@ class Dealt:
 
     def total(self, values: Array) -> float:
         """The sum of an array over all contacts, in double precision."""
-        return float(self._domain.joined(host(values)[self.own]).sum(dtype=np.float64))
+        return total(values, self._domain, self.own)
 
     def shares(self, names: list[str]) -> dict[str, Share]:
         """The part of kept arrays over all contacts that is this process's to keep, by their names."""

@@ -5,10 +5,11 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import Arrays, host
+from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Attention
@@ -97,4 +98,4 @@ class SurfaceWork:
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(self._domain.joined(host(self._work)[self._share.own]).sum(dtype=np.float64))
+        return total(self._work, self._domain, self._share.own)

@@ -43,6 +43,7 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.ranks.kept import Piece, Rows
+from wsph.scene.geometries import support_of
 from wsph.sph.averages import Averages, average, outward_weights, ranges
 from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
@@ -73,8 +74,7 @@ class TwoSetSystem(System):
         self._stepped: dict[int, slice] = {}
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
-        moved = lattice.irregular and space.dim > 1
-        self._support = scene.run.support or (self.traits.jittered if moved else self.traits.support)
+        self._support = support_of(scene, body, setup.formulation)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
