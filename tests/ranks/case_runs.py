@@ -43,9 +43,9 @@ class Searches:
     def __init__(self) -> None:
         self.count, find = 0, Near.find
 
-        def counted(near: Near, look: Callable[[np.ndarray | None], Sights]) -> Sights:
+        def counted(near: Near, look: Callable[[np.ndarray | None], Sights], place: np.ndarray, reach: float) -> Sights:
             self.count += 1
-            return find(near, look)
+            return find(near, look, place, reach)
 
         Near.find = counted  # type: ignore[method-assign]
 

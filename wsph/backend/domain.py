@@ -67,9 +67,9 @@ class Share:
 class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
-    first are. `layers` of its cells, or points, that it holds, from one up to another. `right`: of a body that every process
-    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step. `work`: how
-    many pairs each process visits in a right-hand side, as they were counted to cut the body."""
+    first are. `layers` of its cells, or points, from one up to another, whose state is that of their owners in every step,
+    with their nodes and points among those that it holds, `right`; it holds those `around` them. `work`: how many pairs each
+    process visits in a right-hand side, as they were counted to cut the body."""
 
     domain: "Domain"
     nodes: Share
@@ -77,6 +77,7 @@ class Split:
     middle: np.ndarray | None = None
     low: np.ndarray | None = None
     layers: tuple[int, int] = (0, 0)
+    around: tuple[int, int] = (0, 0)
     right: tuple[slice, slice] | None = None
     work: tuple[float, ...] = ()
 
@@ -141,6 +142,10 @@ class Domain(Protocol):
 
     def dealt(self, of: Callable[[], Sequence[T]]) -> T:
         """Of what a function gives in the first process, which alone calls it, what is for this one: one for each."""
+        ...
+
+    def passed(self, rows: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """What each process has for this one, of the rows that each has for every process, of one type and shape."""
         ...
 
     def abort(self, error: BaseException) -> None:
@@ -208,6 +213,10 @@ class Whole:
     def dealt(self, of: Callable[[], Sequence[T]]) -> T:
         """The one that the function gives."""
         return of()[0]
+
+    def passed(self, rows: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """The rows themselves."""
+        return list(rows)
 
     def abort(self, error: BaseException) -> None:
         """There are no others."""

@@ -42,21 +42,16 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     """Conditions of a body whose particles are the cells and have images behind its walls, and the walls: their velocities
     are prescribed to no particle."""
     walls, on, taken = Walls(lattice, body), lattice.faces.cell[:, None], set[int]()
-    chosen = list(selected_conditions(scene, body, lattice.sides, lattice.spacing, lattice.cells, on))
+    chosen = list(selected_conditions(scene, body, lattice.sides, lattice.spacing, lattice.cells, on, lattice.split))
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
         if velocity and not condition.steps and walls.take(k, condition, particles, rows, velocity):
             taken.add(k)
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
-        axes = set(lattice.faces.axis[rows].tolist())
-        if (
-            velocity
-            and not condition.steps
-            and k not in taken
-            and len(axes) == 1
-            and np.isin(particles, lattice.faces.cell[rows]).all()
-        ):
+        axes = set(lattice.split.domain.joined(np.unique(lattice.faces.axis[rows])).tolist())
+        on_faces = len(axes) == 1 and walls.across(particles, rows) == list(axes)
+        if velocity and not condition.steps and k not in taken and on_faces:
             taken |= {k} if walls.join(k, axes.pop(), rows, velocity) else set()
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 

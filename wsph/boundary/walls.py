@@ -7,7 +7,7 @@ velocity across it is prescribed, the same all over the face.
 
 # pyright: strict
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,16 +20,27 @@ from wsph.geometry.lattice import Lattice
 
 @dataclass(frozen=True)
 class Wall:
-    """A flat face with prescribed velocities. `normal` (dim,) outward, `point` (dim,) [m] on it, `columns` (cells,) bool the
-    cells that stand over it, `velocity` the prescribed components along the coordinate axes, and `owners` the numbers of the
-    boundaries that they are of."""
+    """A flat face with prescribed velocities. `face`, the plane that it is on; `over` (k, dim) the cells beside it, of the
+    whole body, by their places in the grid; `normal` (dim,) outward, `point` (dim,) [m] on it, `columns` (cells,) bool the
+    cells of this part of the body that stand over it, `velocity` the prescribed components along the coordinate axes, and
+    `owners` the numbers of the boundaries that they are of."""
 
-    axis: int
+    face: "Face"
+    over: np.ndarray
     normal: np.ndarray
     point: np.ndarray
     columns: np.ndarray
     velocity: dict[int, Moved]
     owners: dict[int, int] = field(default_factory=dict[int, int])
+
+    @property
+    def axis(self) -> int:
+        """The axis of the grid that it is across."""
+        return self.face[0]
+
+    def of(self, lattice: Lattice) -> "Wall":
+        """The same of another part of the body."""
+        return replace(self, columns=_columns(self.face, self.over, cell_index(lattice)))
 
     @property
     def driven(self) -> bool:
@@ -44,11 +55,38 @@ Face = tuple[int, int, int]
 """A plane of cell faces: axis, sign of the normal, the line of the grid."""
 
 
+def cell_index(lattice: Lattice) -> np.ndarray:
+    """The places of the cells in the grid, (cells, dim) int."""
+    return np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
+
+
+def _columns(face: Face, over: np.ndarray, index: np.ndarray) -> np.ndarray:
+    """Which of the cells at `index` (n, dim) stand over a face with the cells `over` (k, dim) beside it, (n,) bool."""
+    axis, sign, plane = face
+    inside = index[:, axis] < plane if sign > 0 else index[:, axis] >= plane
+    beside, mine = (np.delete(each, axis, 1) for each in (over, index))
+    return inside & row_in(mine, beside)
+
+
+def row_in(rows: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Which rows of integers (n, k) are among others (m, k), (n,) bool."""
+    _, key = np.unique(np.concatenate([others, rows]), axis=0, return_inverse=True)
+    return np.isin(key[len(others) :], key[: len(others)])
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Cells of the whole body beside a face, by their `number` (k,), ascending, and their places in the grid (k, dim)."""
+
+    number: np.ndarray
+    index: np.ndarray
+
+
 @dataclass
 class _Held:
     """Cells over which a face is held: velocities and the numbers of their boundaries, by component."""
 
-    cells: np.ndarray
+    cells: _Cells
     velocity: dict[int, Moved] = field(default_factory=dict[int, Moved])
     owners: dict[int, int] = field(default_factory=dict[int, int])
 
@@ -63,17 +101,24 @@ class Walls:
     then those that prescribe others on the same."""
 
     def __init__(self, lattice: Lattice, body: str):
-        self._lattice, self._body = lattice, body
-        self._index = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
+        self._lattice, self._body, self._domain = lattice, body, lattice.split.domain
+        self._index = cell_index(lattice)
+        self._extent = self._domain.max(self._index.max(0)) - self._domain.min(self._index.min(0)) + 1
         self._planes: dict[Face, list[_Held]] = {}
+
+    def across(self, particles: np.ndarray, rows: np.ndarray) -> list[int]:
+        """The axes across which each of some particles has one of some `rows` of the faces, in all parts of the body."""
+        faces, dim = self._lattice.faces, self._index.shape[1]
+        apart = [not np.isin(particles, faces.cell[rows & (faces.axis == axis)]).all() for axis in range(dim)]
+        return np.flatnonzero(self._domain.max(np.array(apart, np.int64)) == 0).tolist()
 
     def take(
         self, k: int, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Moved]
     ) -> bool:
         """Take the condition of number `k` on `particles`, and `rows` of the faces, that prescribes `velocity`; whether it
         is a wall's. Warns of a face that cannot be one."""
-        faces, frame, dim = self._lattice.faces, self._lattice.frame, self._index.shape[1]
-        on = [axis for axis in range(dim) if np.isin(particles, faces.cell[rows & (faces.axis == axis)]).all()]
+        frame, dim = self._lattice.frame, self._index.shape[1]
+        on = self.across(particles, rows)
         if len(on) != 1 or not (len(velocity) == dim or on[0] in velocity or not frame.upright):
             return False
         chosen = self._cells(on[0], rows)
@@ -83,7 +128,7 @@ class Walls:
             self._warn(condition, why)
             return False
         known = [(cells, held.cells) for face, cells in chosen.items() for held in self._planes.get(face, [])]
-        if any(np.isin(cells, others).any() for cells, others in known):
+        if any(np.isin(cells.number, others.number).any() for cells, others in known):
             return self.join(k, on[0], rows, velocity)
         for face, cells in chosen.items():
             self._planes.setdefault(face, []).append(_Held(cells).take(velocity, k))
@@ -92,7 +137,7 @@ class Walls:
     def join(self, k: int, axis: int, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
         """Prescribe further components on walls that are there already; whether the faces are just these."""
         same = [
-            [held for held in self._planes.get(face, []) if np.array_equal(held.cells, chosen)]
+            [held for held in self._planes.get(face, []) if np.array_equal(held.cells.number, chosen.number)]
             for face, chosen in self._cells(axis, rows).items()
         ]
         if not same or not all(same) or not self._lattice.frame.upright:
@@ -101,23 +146,28 @@ class Walls:
             given[0].take(velocity, k)
         return True
 
-    def _cells(self, axis: int, rows: np.ndarray) -> dict[Face, np.ndarray]:
-        """The cells of faces across an axis, by their planes."""
-        faces = self._lattice.faces
-        rows = np.flatnonzero(rows & (faces.axis == axis))
-        line = self._index[faces.cell[rows], axis] + (faces.sign[rows] > 0)
-        found: dict[Face, np.ndarray] = {}
-        for sign, at in np.unique(np.stack([faces.sign[rows], line], 1), axis=0).tolist():
-            found[axis, sign, at] = np.sort(faces.cell[rows[(faces.sign[rows] == sign) & (line == at)]])
+    def _cells(self, axis: int, rows: np.ndarray) -> dict[Face, _Cells]:
+        """The cells of faces across an axis, of all parts of the body, by their planes."""
+        faces, first = self._lattice.faces, self._lattice.split.points.first
+        rows = np.flatnonzero(rows & (faces.axis == axis) & self._lattice.own_faces)
+        cell, sign = faces.cell[rows], faces.sign[rows]
+        line = self._index[cell, axis] + (sign > 0)
+        mine = np.column_stack([sign, line, first + cell, self._index[cell]])
+        every = self._domain.joined(mine.astype(np.int64))
+        every = every[np.argsort(every[:, 2], kind="stable")]
+        found: dict[Face, _Cells] = {}
+        for way, at in np.unique(every[:, :2], axis=0).tolist():
+            some = every[(every[:, 0] == way) & (every[:, 1] == at)]
+            found[axis, way, at] = _Cells(some[:, 2], some[:, 3:])
         return found
 
-    def _narrow(self, face: Face, cells: np.ndarray) -> bool:
+    def _narrow(self, face: Face, cells: _Cells) -> bool:
         """Whether some cells on a face are fewer in a direction than a face's are."""
         across = [k for k in range(self._index.shape[1]) if k != face[0]]
-        wide, whole = (np.ptp(index[:, across], axis=0) + 1 for index in (self._index[cells], self._index))
-        return bool((wide < np.minimum(whole, NEAR)).any())
+        wide = np.ptp(cells.index[:, across], axis=0) + 1
+        return bool((wide < np.minimum(self._extent[across], NEAR)).any())
 
-    def _fault(self, chosen: dict[Face, np.ndarray], velocity: dict[int, Moved]) -> str:
+    def _fault(self, chosen: dict[Face, _Cells], velocity: dict[int, Moved]) -> str:
         """Why faces cannot be walls, or ""."""
         if self._lattice.cracks:
             return "the body is cracked"
@@ -140,25 +190,12 @@ class Walls:
 
     def found(self) -> list[Wall]:
         """The walls that all conditions together make."""
-        return [
-            self._wall(axis, sign, plane, held)
-            for (axis, sign, plane), entries in self._planes.items()
-            for held in entries
-        ]
+        return [self._wall(face, held) for face, entries in self._planes.items() for held in entries]
 
-    def _wall(self, axis: int, sign: int, plane: int, held: _Held) -> Wall:
-        cells, lattice, index = held.cells, self._lattice, self._index
-        columns = np.delete(index, axis, 1)
-        _, key = np.unique(columns, axis=0, return_inverse=True)
-        inside = index[:, axis] < plane if sign > 0 else index[:, axis] >= plane
-        on = index[cells[0]].astype(float) + 0.5
+    def _wall(self, face: Face, held: _Held) -> Wall:
+        (axis, sign, plane), over, frame = face, held.cells.index, self._lattice.frame
+        on = over[0].astype(float) + 0.5
         on[axis] = plane
-        point = lattice.frame.points(on[None])[0]
-        return Wall(
-            axis,
-            sign * lattice.frame.axes[:, axis],
-            point,
-            inside & np.isin(key, key[cells]),
-            held.velocity,
-            held.owners,
-        )
+        columns = _columns(face, over, self._index)
+        normal, point = sign * frame.axes[:, axis], frame.points(on[None])[0]
+        return Wall(face, over, normal, point, columns, held.velocity, held.owners)

@@ -72,12 +72,13 @@ class Segmented:
 
 @dataclass(frozen=True)
 class Sight:
-    """What a process works on of a body of which it has all particles: those whose stress it finds, and all that it lets
-    move; and memory of pairs that it does without [bytes]."""
+    """What a process works on of a body whose pairs follow the motion: the particles whose stress it finds, and all that it
+    lets move; and memory of the pairs of the former, and of those of all [bytes]."""
 
     stressed: int
     moved: int
-    spared: int
+    listed: int
+    every: int
 
 
 class System:
@@ -273,8 +274,8 @@ class System:
         return self.space.dim
 
     def sight(self, own: slice, right: slice) -> Sight | None:
-        """What a process would work on that owns a range of its particles, and has the states of another right; None where
-        that is what it holds."""
+        """What a process would work on that owns a range of the particles, and has the states of another right, of a body
+        that is whole here; None where that is what it holds."""
         return None
 
     def bring(self) -> None:

@@ -62,6 +62,11 @@ class Geometry:
         processes that share the body ask for it together."""
         return self
 
+    def seeing(self, layers: tuple[int, int]) -> "Geometry":
+        """The same part with more copies around it: at least those of some layers, whose state need not be that of their
+        owners in every step. All processes that share the body ask for it together."""
+        return self
+
     @property
     def spacing(self) -> float:
         """The first of `edges` [m]: what Courant numbers count in."""
@@ -115,6 +120,11 @@ class Geometry:
     def node_layer(self) -> np.ndarray:
         """The layers of the nodes, (n,)."""
         return np.floor(self.across(self.nodes))
+
+    @property
+    def point_layer(self) -> np.ndarray:
+        """The layers of the points, (c,)."""
+        return np.floor(self.across(self.cells))
 
     @property
     def layer_count(self) -> int:

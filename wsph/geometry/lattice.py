@@ -28,7 +28,7 @@ from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.ranks.blocks import own_sum
 from wsph.ranks.cuts import Counts, Reach
-from wsph.ranks.slabs import Slab, slabs, work_of
+from wsph.ranks.slabs import NOTHING, Slab, slabs, work_of
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,14 @@ class Lattice(Geometry):
     cuts: tuple[Crack, ...]
     bent: bool = False
     part: Split | None = None
-    widened: Callable[[tuple[int, int]], "Lattice"] | None = None
+    widened: Callable[[tuple[int, int], tuple[int, int]], "Lattice"] | None = None
     completed: Callable[[], "Lattice"] | None = None
 
     def wider(self, layers: tuple[int, int]) -> "Lattice":
-        return self if self.widened is None else self.widened(layers)
+        return self if self.widened is None else self.widened(layers, self.split.around)
+
+    def seeing(self, layers: tuple[int, int]) -> "Lattice":
+        return self if self.widened is None else self.widened(self.split.layers, layers)
 
     @property
     def entire(self) -> "Lattice":
@@ -128,6 +131,10 @@ class Lattice(Geometry):
     @property
     def node_layer(self) -> np.ndarray:
         return np.rint(self.index[:, 0])
+
+    @property
+    def point_layer(self) -> np.ndarray:
+        return self.node_layer[self.corners[:, 0]]
 
     @property
     def layer_count(self) -> int:
@@ -370,7 +377,6 @@ def slab_of(
     reach: Reach,
     *,
     who: str,
-    entire: bool = False,
     loads: np.ndarray | None = None,
     lattice_rotate: Rotation,
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...],
@@ -378,8 +384,7 @@ def slab_of(
     map: Callable[[np.ndarray], np.ndarray] | None,
 ) -> Lattice:
     """The part of a lattice that a process of a domain has; `reach`, `who` and `loads` as of `wsph.ranks.slabs.slabs`, the
-    rest as of `lattice`. None makes more of the lattice than its part, unless each is to hold the `entire` lattice, to own
-    its part of that."""
+    rest as of `lattice`. None makes more of the lattice than its part."""
     grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
     count = int(grid.count[0]) + 1
     first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
@@ -398,18 +403,18 @@ def slab_of(
     some = layers[nodes > 0]
     low = some[:, 2 + dim : 2 + 2 * dim].min(0)
 
-    def made(window: tuple[int, int]) -> Lattice:
-        own = every[domain.rank].over(window, nodes, cells)
-        right, around = None, own.layers
-        if entire:
-            right, own = (own.nodes.window, own.cells.window), own.over((0, len(cells)), nodes, cells)
-        part = Split(domain, own.nodes, own.cells, middle, low, around, right, work_of(every))
-        return replace(given(held=Held(own, part, plain)), widened=made, completed=given)
+    def made(window: tuple[int, int], around: tuple[int, int]) -> Lattice:
+        right = every[domain.rank].over(window, nodes, cells)
+        held = right.over(reach.around(right.layers), nodes, cells).over(around, nodes, cells)
+        part = Split(
+            domain, held.nodes, held.cells, middle, low, right.layers, held.layers, right.within(held), work_of(every)
+        )
+        return replace(given(held=Held(held, part, plain)), widened=made, completed=given)
 
     given = partial(
         lattice, shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map
     )
-    return made((len(cells), 0))
+    return made(NOTHING, NOTHING)
 
 
 def _part_layers(layers: np.ndarray, shape: Shape, grid: Grid, ends: tuple[int, int], cracks: Sequence[Crack]) -> None:

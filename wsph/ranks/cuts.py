@@ -41,12 +41,17 @@ def between(nodes: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class Reach:
     """What a process needs of a body around what it owns: it holds so many `layers` more, and works on them. `joined`:
-    particles are their own points. `stressed`: of a body that every process holds all of, layers more in which it finds the
-    stress; it works on no others."""
+    particles are their own points. `stressed`: of a body whose pairs follow the motion, layers more in which it finds the
+    stress; it works on no others. `beyond`: layers that it holds beyond those, for what comes near."""
 
     layers: int
     joined: bool
     stressed: int | None = None
+    beyond: int = 0
+
+    def around(self, layers: tuple[int, int]) -> tuple[int, int]:
+        """The layers that it holds around some."""
+        return layers[0] - self.beyond, layers[1] + self.beyond
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from wsph.backend.domain import Share, failing_together
 from wsph.backend.threads import cores
 from wsph.errors import WsphError
-from wsph.ranks.communicator import Communicator
+from wsph.ranks.communicator import Communicator, Request
 from wsph.ranks.exchange import ChosenExchange, Exchange
 
 T = TypeVar("T")
@@ -97,6 +97,21 @@ class Ranks:
         except BaseException as error:  # the first has no room to pack all parts, and the others wait for theirs
             self.abort(error)
             raise
+
+    def passed(self, rows: Sequence[np.ndarray]) -> list[np.ndarray]:
+        counts = np.array(self._hear([len(each) for each in rows]))
+        found = [np.empty((int(n), *rows[0].shape[1:]), rows[0].dtype) for n in counts[:, self.rank]]
+        found[self.rank] = rows[self.rank]
+        others = [rank for rank in range(self.size) if rank != self.rank]
+        waits: list[Request] = []
+        for other in others:
+            waits += [self._comm.Irecv(piece, other, 4) for piece in _pieces(found[other]) if piece.size]
+        for other in others:
+            sent = np.ascontiguousarray(rows[other])
+            waits += [self._comm.Isend(piece, other, 4) for piece in _pieces(sent) if piece.size]
+        for each in waits:
+            each.Wait()
+        return found
 
     def afresh(self) -> "Ranks":
         return Ranks(self._comm)

@@ -20,6 +20,9 @@ from wsph.backend.reduce import BLOCK
 from wsph.errors import Refused
 from wsph.ranks.cuts import Counts, Places, Reach
 
+NOTHING = (2**31, 0)
+"""Layers that take nothing beyond what a slab has."""
+
 
 class TooFew(Refused):
     """A body that has too few particles to be cut for so many processes."""
@@ -51,6 +54,12 @@ class Slab:
             replace(share, first=a, held=n) for share, a, n in zip((self.nodes, self.cells), first, held, strict=True)
         )
         return replace(self, layers=window, nodes=nodes_share, cells=cells_share)
+
+    def within(self, wide: "Slab") -> tuple[slice, slice]:
+        """Its nodes and cells among those of a slab that has them and more."""
+        pairs = (self.nodes, wide.nodes), (self.cells, wide.cells)
+        nodes, cells = (slice(own.first - of.first, own.first - of.first + own.held) for own, of in pairs)
+        return nodes, cells
 
 
 def slabs(body: Counts, size: int, reach: Reach, *, who: str, loads: np.ndarray | None = None) -> list[Slab]:

@@ -81,8 +81,8 @@ def _geometry(
         make = partial(_fitted, body.shape, body.spacing, scene.run.seed, listed, key)
     if domain.size == 1:
         return make()
-    reach, who, entire = reach_of(scene, body, formulation), f"body {body.name!r}", formulation.traits.pairs_follow
-    return shared(make, domain, reach, who=who, doubts=doubts, entire=entire, loads=loads)
+    reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
+    return shared(make, domain, reach, who=who, doubts=doubts, loads=loads)
 
 
 def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed: bool, key: str) -> Meshed:
@@ -107,10 +107,11 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> Reach:
     their cells; along edges gradients and stresses are averaged, so that there are four steps from one particle to the next,
     and volumes may be of blocks of two; of a kernel there are two of its support. Of two sets each sees the other, both are
     particles, and what is read of displacements at faces may look six layers far. Where pairs follow the motion it is what
-    particles see that counts: one layer is what loads on faces take."""
+    particles see that counts: one layer is what loads on faces take, and twice what particles see of each other, with the
+    skin and a layer more, is held of the others, until more comes near."""
     traits, support = formulation.traits, support_of(scene, body, formulation)
     if traits.pairs_follow:
-        return Reach(1, traits.pairwise, math.floor(support))
+        return Reach(1, traits.pairwise, math.floor(support), 2 * math.ceil(support) + 1)
     if traits.corners and not scene.run.kernel_by:
         return Reach(1, joined=False)
     seen = support if traits.one_set else WIDEST * support
@@ -243,8 +244,8 @@ def _lattice(
     moved, turn = mapped if expressions else None, body.lattice_rotate
     made = partial(lattice, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     if domain.size > 1:
-        reach, who, entire = reach_of(scene, body, formulation), f"body {body.name!r}", formulation.traits.pairs_follow
-        slab = partial(slab_of, domain=domain, reach=reach, who=who, entire=entire, loads=loads)
+        reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
+        slab = partial(slab_of, domain=domain, reach=reach, who=who, loads=loads)
         made = partial(slab, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     try:
         return made(shape, spacing, body.jitter, seed)

@@ -11,7 +11,8 @@ its material can take.
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 
@@ -30,6 +31,7 @@ from wsph.doubts import doubt, keeping
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
+from wsph.formulations.updated.beyond import Outgrown
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.protocols import Material
@@ -58,20 +60,28 @@ from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 
+Around = Mapping[str, tuple[int, int]]
+"""Layers that a process holds of bodies at least, by their names: those around its own."""
 
-def compose(scene: Scene, domain: Domain = WHOLE) -> Composition:
-    """Set up a scene, or the part of it that this process has of a `domain`. Raises SceneError, Refused or PluginError;
-    compiles the set-up's kernels, runs nothing."""
+
+def compose(scene: Scene, domain: Domain = WHOLE, around: Around | None = None) -> Composition:
+    """Set up a scene, or the part of it that this process has of a `domain`, with what is `around` it. Raises SceneError,
+    Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+    around = dict(around or {})
     try:
-        with keeping([]) as said:
-            composition = _compose(scene, domain)
-        composition.said = said
-        return composition
+        while True:
+            try:
+                with keeping([]) as said:
+                    composition = _compose(scene, domain, around)
+                composition.said = said
+                return composition
+            except Outgrown as outgrown:
+                around[outgrown.body] = outgrown.layers
     except SceneError as error:
         raise scene.located(error) from None
 
 
-def _compose(scene: Scene, domain: Domain) -> Composition:
+def _compose(scene: Scene, domain: Domain, around: Around) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
@@ -86,7 +96,7 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         refuse_shared(scene, method)
     else:
         memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = _bodies(scene, materials, method, domain)
+    bare = _bodies(scene, materials, method, domain, around)
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -125,15 +135,32 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         threads = min(threads or len(on), len(on)) or 1
     program = Program(step, time_step.clock, pairs, threads, step.before, hosted=hosted, on=on)
     return Composition(
-        scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
+        scene,
+        space,
+        scales,
+        time_step,
+        bodies,
+        joint,
+        between,
+        probes,
+        program,
+        method.who,
+        domain,
+        pairs,
+        dict(around),
     )
 
 
-def _bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain) -> list[BareBody]:
+def _bodies(
+    scene: Scene, materials: Sequence[Material], method: Method, domain: Domain, around: Around
+) -> list[BareBody]:
     """The bodies of a scene, or the part of each that this process has."""
     if domain.size == 1:
         return bare_bodies(scene, materials, method)
-    bare = bare_bodies(scene, materials, method, domain)
+    bare = [
+        replace(each, geometry=each.geometry.seeing(around[each.body.name])) if each.body.name in around else each
+        for each in bare_bodies(scene, materials, method, domain)
+    ]
     refuse_whole(scene, [each.geometry.split.domain.size > 1 for each in bare], domain.size)
     return reach_probes(scene, bare, domain)
 

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import gc
 import math
 import signal
 import threading
@@ -13,11 +14,13 @@ from pathlib import Path
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.device import give_back
 from wsph.backend.domain import WHOLE, Domain, any_of, failing_together
 from wsph.backend.graph import BLOCKS
 from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
+from wsph.formulations.updated.beyond import Outgrown
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder, PartedFolder, UnwrittenFolder
@@ -27,7 +30,7 @@ from wsph.output.view.bar import Bar
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
-from wsph.simulation.checkpoint import Checkpoints, Found
+from wsph.simulation.checkpoint import Found
 from wsph.simulation.checks import Checks, warn
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
@@ -38,6 +41,7 @@ from wsph.simulation.probing.pieces import in_parts
 from wsph.simulation.probing.recorder import RING
 from wsph.simulation.probing.records import Records
 from wsph.simulation.result import Result
+from wsph.simulation.starting.checkpoints import Checkpoints
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
@@ -114,7 +118,15 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                         claim.make()
                     running = Running(composition, folder, started, found)
                     watched = any_of(domain, enough is not None)
-                    result = running.run(progress or None, interrupts, WATCHED if watched else 1)
+                    del composition, composed  # of what is made anew, below, nothing is to be there twice
+                    while True:
+                        try:
+                            result = running.run(progress or None, interrupts, WATCHED if watched else 1)
+                            break
+                        except Outgrown as outgrown:
+                            anew = running.grown(outgrown)
+                        del running
+                        running = anew()
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -151,6 +163,9 @@ class Running:
             composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxations
         )
         self._first = self._step = 0
+        self._began: int | None = None
+        """The step from which on it ran, where its bodies have been made anew since."""
+        self._under_way = False
         self._failure: Unstable | None = None
         self._inside = 0.0
         self._apart = 1
@@ -177,7 +192,9 @@ class Running:
         """Run block after block of steps, to the end, to a failure or to an interrupt: the step that each has come to, the
         first of them before any. `due` are steps, from outside, that blocks end at."""
         found, relaxations = self._found, self._relaxations
-        step = self._first = self._checkpoints.resume(found) if found is not None else 0
+        step = self._checkpoints.resume(found) if found is not None else 0
+        self._first = step if self._began is None else self._began
+        self._found, self._under_way = None, True
         try:
             if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
@@ -224,6 +241,33 @@ class Running:
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
+
+    def grown(self, outgrown: Outgrown) -> Callable[[], "Running"]:
+        """What makes the run that goes on from where this one has come to, of bodies that have more around them in this
+        process."""
+        scene, domain = self._composition.scene, self._domain
+        around = {**self._composition.around, outgrown.body: outgrown.layers}
+        folder = self._folder.folder if self._folder is not None else None
+        started, inside, first = self._started, self._inside, self._first
+        step, found, said = int(host(self._composition.clock.step)[0]), self._found, list(self._composition.said)
+        carried = self._under_way and (step > 0 or self._relaxations.current is not None)
+        if carried:
+            self._composition.publish()
+            self._records.collect(step)
+            found = self._checkpoints.carried(step)
+
+        def anew() -> Running:
+            gc.collect()  # the bodies that were
+            with keeping(said):
+                composition = compose(scene, domain, around)
+            composition.said = said
+            composition.compile()
+            give_back(composition.particles)
+            running = Running(composition, folder, started, found)
+            running._inside, running._began = inside, first if carried else None
+            return running
+
+        return anew
 
     @property
     def composition(self) -> Composition:
@@ -335,6 +379,8 @@ class Running:
             steps, began = min(self._apart, count - done), time.perf_counter()
             try:
                 done += self._composition.program.run(steps)
+            except Outgrown:  # in all of them
+                raise
             except BaseException as error:
                 self._domain.abort(error)
                 raise

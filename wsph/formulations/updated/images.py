@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import Domain, any_of
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.boundary.walls import Wall
@@ -58,14 +59,14 @@ class Kind:
     columns: np.ndarray
 
 
-def kinds_of(walls: list[Wall]) -> list[Kind]:
-    """The kinds of images behind some walls, those of one wall first."""
+def kinds_of(walls: list[Wall], domain: Domain) -> list[Kind]:
+    """The kinds of images behind some walls that any part of the body has, those of one wall first."""
     found: list[Kind] = []
     one = np.eye(len(walls[0].normal)) if walls else np.eye(1)
     for count in range(1, len(one) + 1):
         for chosen in combinations(range(len(walls)), count):
             axes, columns = {walls[k].axis for k in chosen}, np.logical_and.reduce([walls[k].columns for k in chosen])
-            if len(axes) == count and columns.any():
+            if len(axes) == count and any_of(domain, bool(columns.any())):
                 turn, flip = one, one
                 for k in chosen:
                     turn = (one - 2.0 * np.outer(walls[k].normal, walls[k].normal)) @ turn

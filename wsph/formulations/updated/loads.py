@@ -7,6 +7,7 @@ body stretches by e the shares change: the stress beside a loaded face is then o
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from math import ceil
@@ -19,8 +20,9 @@ from wsph.backend.space import Space
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, varies
-from wsph.boundary.walls import Wall
+from wsph.boundary.walls import Wall, cell_index
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
+from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 from wsph.parts.part import Host
 from wsph.sph.pairs import find_pairs
@@ -67,13 +69,13 @@ def _sums_kernels(dim: int, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
     return second, share
 
 
-def face_sums(host: Host, walls: list[Wall], device: str) -> np.ndarray:
-    """b_i of every cell at the start, images included, (cells, dim), in spacings^(dim - 1)."""
-    lattice, space = host.lattice, Space(host.space.dim)
-    unit, origin, h = lattice.spacing, lattice.cells.mean(0), host.support / SUPPORT
+def face_sums(host: Host, lattice: Lattice, walls: list[Wall], device: str) -> np.ndarray:
+    """b_i of every cell of a lattice at the start, images included, (cells, dim), in spacings^(dim - 1)."""
+    space = Space(host.space.dim)
+    unit, origin, h = lattice.spacing, lattice.middle, host.support / SUPPORT
     place, volume = (lattice.cells - origin) / unit, lattice.cell_volume / unit**space.dim
     kinds, sources, parent, turns = (
-        kinds_of(walls),
+        kinds_of(walls, lattice.split.domain),
         place,
         np.arange(len(place)),
         np.tile(np.eye(space.dim), (len(place), 1, 1)),
@@ -115,29 +117,49 @@ def spread_loads(conditions: Conditions, host: Host, walls: list[Wall], device: 
     """Let prescribed loads act on the layers beside their faces, each with its share; those on walls stay on the first."""
     if not conditions.loads:
         return
-    faces, columns = host.lattice.faces, _Columns(host, walls, face_sums(host, walls, device))
-    spread: list[FaceLoad] = []
+    lattice, deep = host.lattice, ceil(2.0 * host.support)
+    low, high = lattice.split.layers
+    # Behind its own faces it looks as deep as columns are, and there as far as moments are of.
+    wide = lattice.wider((low - 2 * deep - 1, high + 2 * deep + 1))
+    columns, spread = _Columns(host, wide, [wall.of(wide) for wall in walls], deep, device), list[FaceLoad]()
+    faces = lattice.faces
     for load in conditions.loads:
+        load = load.where(lattice.own_faces[load.face])
         side = np.stack([faces.axis[load.face], faces.sign[load.face]], 1)
         # Each of two opposite faces by itself: both together have no resultant.
-        for each in np.unique(side, axis=0):
-            spread.append(_spread(load.where((side == each).all(1)), columns))
+        for each in np.unique(lattice.split.domain.joined(side), axis=0):
+            rows = (side == each).all(1)
+            spread.append(_spread(load.where(rows), (int(each[0]), int(each[1])), columns, lattice))
     conditions.loads[:] = spread
 
 
-def _spread(load: FaceLoad, columns: "_Columns") -> FaceLoad:
-    """A load on faces that lie one way, on the cells behind them too."""
-    shares = [columns.shares(int(face), load.value) for face in load.face]
-    many = np.array([len(cells) for cells, _ in shares])
-    row = np.repeat(np.arange(len(shares)), many)
-    cell, share = (np.concatenate(parts) for parts in zip(*shares, strict=True))
-    size, deep = np.linalg.norm(load.push, axis=1), many[row] > 1
+def _spread(load: FaceLoad, side: tuple[int, int], columns: "_Columns", lattice: Lattice) -> FaceLoad:
+    """A load on a part's own faces that lie one way, on the cells of the part that are behind faces of any."""
+    domain, held = lattice.split.domain, lattice.split.points
+    cells = lattice.faces.cell[load.face] + held.first
+    shares = [columns.shares(cell, side, load.value) for cell in cells.tolist()]
+    many = np.array([len(behind) for behind, _ in shares], int)
+    centre = lattice.nodes[lattice.faces.nodes[load.face]].mean(1)
+    # What keeps moments is of all faces together, in the order of their cells.
+    numbers, many, centre, push = (domain.joined(each) for each in (cells, many, centre, load.push))
+    cell = domain.joined(np.array([each for behind, _ in shares for each in behind], np.int64))
+    parts = [share for _, share in shares]
+    share = domain.joined(np.concatenate(parts) if parts else np.zeros(0))
+    place = domain.joined(columns.places(shares))
+    row, order = np.repeat(np.arange(len(many)), many), np.argsort(numbers, kind="stable")
+    rank = np.empty(len(order), int)
+    rank[order] = np.arange(len(order))
+    rows = np.argsort(rank[row], kind="stable")
+    many, centre, push, row = many[order], centre[order], push[order], rank[row][rows]
+    cell, share, place = cell[rows], share[rows], place[rows]
+    size, deep = np.linalg.norm(push, axis=1), many[row] > 1
     if deep.any():
-        across = columns.lever(load.push[0] / size[0], int(load.face[0]))
-        faces, rows = many > 1, row[deep]
-        places = columns.cells[cell[deep]] @ across, columns.centres[load.face[faces]] @ across
-        share[deep] = _kept_moments(share[deep], *places, size[rows], size[faces])
-    return FaceLoad(load.value, cell, share[:, None] * load.push[row], load.face[row], load.owner)
+        across, faces = columns.lever(push[0] / size[0], side[0]), many > 1
+        places = place[deep] @ across, centre[faces] @ across
+        share[deep] = _kept_moments(share[deep], *places, size[row[deep]], size[faces])
+    there = held.stands(cell)
+    here = there >= 0
+    return FaceLoad(load.value, there[here], (share[:, None] * push[row])[here], np.full(here.sum(), -1), load.owner)
 
 
 def _kept_moments(
@@ -153,15 +175,12 @@ def _kept_moments(
 
 
 class _Columns:
-    """The cells behind each face, inward, and the sums b_i of the cells."""
+    """The cells of a lattice behind each face, inward, so many `deep` at most, and the sums b_i of the cells."""
 
-    def __init__(self, host: Host, walls: list[Wall], sums: np.ndarray):
-        lattice = host.lattice
-        self._frame, self._sums, self._depth = lattice.frame, sums, ceil(2.0 * host.support)
-        self._index = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
+    def __init__(self, host: Host, lattice: Lattice, walls: list[Wall], deep: int, device: str):
+        self._frame, self._sums, self._depth = lattice.frame, face_sums(host, lattice, walls, device), deep
+        self._first, self._index, self._cells = lattice.split.points.first, cell_index(lattice), lattice.cells
         self._at = {tuple(row): n for n, row in enumerate(self._index.tolist())}
-        self._faces, self.cells = lattice.faces, lattice.cells
-        self.centres = lattice.nodes[lattice.faces.nodes].mean(1)
         self._sides = Counter(zip(lattice.faces.cell.tolist(), lattice.faces.axis.tolist(), strict=True))
         near = {
             (wall.axis, int(cell)): wall
@@ -173,20 +192,25 @@ class _Columns:
         dim = len(lattice.frame.step)
         self._beside = [[wall.normal for wall in walls if wall.axis != axis] for axis in range(dim)]
 
-    def lever(self, direction: np.ndarray, face: int) -> np.ndarray:
-        """The projection of places (dim, dim) on what makes moments of a push along `direction` (dim,) of a face: across it,
-        and along walls beside the face, behind which the face goes on and which answer for moments."""
+    def lever(self, direction: np.ndarray, axis: int) -> np.ndarray:
+        """The projection of places (dim, dim) on what makes moments of a push along `direction` (dim,) of faces across an
+        axis: across it, and along walls beside the faces, behind which these go on and which answer for moments."""
         rest = np.eye(len(direction)) - np.outer(direction, direction)
-        for normal in self._beside[self._faces.axis[face]]:
+        for normal in self._beside[axis]:
             rest = rest @ (np.eye(len(direction)) - np.outer(normal, normal))
         return rest
 
-    def shares(self, face: int, value: Prescribed) -> tuple[list[int], np.ndarray]:
-        """The cells that share a load on a face, and their shares."""
-        cell, axis, sign = (int(each[face]) for each in (self._faces.cell, self._faces.axis, self._faces.sign))
+    def places(self, shares: Sequence[tuple[list[int], np.ndarray]]) -> np.ndarray:
+        """Where cells are that share loads, as `shares` has them, (r, dim) [m]."""
+        return self._cells[np.array([cell for cells, _ in shares for cell in cells], np.int64) - self._first]
+
+    def shares(self, number: int, side: tuple[int, int], value: Prescribed) -> tuple[list[int], np.ndarray]:
+        """The cells that share a load on a face of a cell, across an axis and with a sign of its normal, by their numbers in
+        the whole body, and their shares."""
+        cell, (axis, sign) = number - self._first, side
         inward = AXES if not self._frame.upright else AXES[axis]
         if self._sides[cell, axis] > 1 or varies(value, inward) or (axis, cell) in self._walled:
-            return [cell], np.ones(1)
+            return [number], np.ones(1)
         normal = sign * self._frame.axes[:, axis]
         step, column = -sign * np.eye(len(normal), dtype=int)[axis], [cell]
         while (behind := self._at.get(tuple((self._index[column[-1]] + step).tolist()))) is not None:
@@ -194,4 +218,4 @@ class _Columns:
             if len(column) == 2 * self._depth:
                 break
         column = column[: min(self._depth, -(-len(column) // 2))]
-        return column, -self._sums[column] @ normal
+        return [each + self._first for each in column], -self._sums[column] @ normal

@@ -1,10 +1,10 @@
 """Which particles of a body a process works on, of those that it shares with others: its own, and what these see.
 
-Every process has all particles, and the pairs of some of them. The acceleration of a particle takes the stresses of what it
-sees, and those the motion of what that sees. So a process finds the accelerations of its own particles, the stresses of
-these and of what they see, and is told the accelerations of what all of those see: these copies then go their way as with
-their owners, to the bit. The others stay behind until pairs are found anew, for which all that particles have is brought up
-to date.
+A process holds its own particles and layers around them, and the pairs of some of these. The acceleration of a particle
+takes the stresses of what it sees, and those the motion of what that sees. So a process finds the accelerations of its own
+particles, the stresses of these and of what they see, and is told the accelerations of what all of those see: these copies
+then go their way as with their owners, to the bit. The others stay behind until pairs are found anew, for which all that
+copies have is brought up to date. What comes near and is no copy has to become one (`wsph.formulations.updated.beyond`).
 """
 
 # pyright: strict
@@ -17,7 +17,8 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import host
-from wsph.backend.domain import Domain, Share
+from wsph.backend.domain import Share
+from wsph.formulations.updated.beyond import Beyond
 from wsph.sph.pairs import Pairs
 
 Sights = Sequence[tuple[Pairs, np.ndarray | None]]
@@ -56,26 +57,27 @@ def _with(own: Pairs, others: Pairs, low: int) -> Pairs:
 
 
 class Near:
-    """The particles that a process works on, as ranges of their numbers: its `own`, those whose `stress` it finds, and all
-    that are to `move`. Of a body of one process they are all of it.
+    """The particles that a process works on, as ranges of those that it holds: its `own`, those whose `stress` it finds, and
+    all that are to `move`. Of a body of one process they are all of it.
 
     `halo` keeps up to date what others own of these. `right`: particles whose state is to be that of their owners, whoever
     sees them.
     """
 
-    def __init__(self, share: Share, right: slice | None, domain: Domain):
-        self._share, self._right = share, right or share.own
-        self.halo = domain.chosen_halo(share)
+    def __init__(self, share: Share, right: slice | None, beyond: Beyond):
+        self._share, self._right, self._beyond = share, right or share.own, beyond
+        self.halo = beyond.domain.chosen_halo(share)
         self.own, self.stress, self.move = share.own, slice(0, share.held), slice(0, share.held)
 
-    def find(self, look: Callable[[np.ndarray | None], Sights]) -> Sights:
-        """What particles see, where a `look` gives that of some of them (n,) bool, or of all. All processes find it
-        together."""
+    def find(self, look: Callable[[np.ndarray | None], Sights], place: np.ndarray, reach: float) -> Sights:
+        """What particles see, where a `look` gives that of some of them (n,) bool, or of all: nothing beyond a `reach` from
+        their `place` (n, dim). All processes find it together. Raises Outgrown where one does not hold all of it."""
         if self._share.complete:
             return look(None)
         mine = marked(self._share.held, self.own)
         first = look(mine)
         stress = seen_by(mine, first) | marked(self._share.held, self._right)
+        self._beyond.refuse(place, stress, reach)
         rest = look(stress & ~mine)
         found = [(_with(a, b, self.own.start), parent) for (a, parent), (b, _) in zip(first, rest, strict=True)]
         move = seen_by(stress, found)

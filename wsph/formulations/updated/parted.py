@@ -1,4 +1,4 @@
-"""A body whose pairs follow the motion among processes that each have all of its particles and work on a part of them."""
+"""A body whose pairs follow the motion among processes that each have a part of its particles."""
 
 # pyright: strict
 
@@ -23,8 +23,8 @@ from wsph.ranks.kept import Piece, Rows
 
 
 class PartedSystem(OneSetSystem):
-    """A body in the current configuration, of which a process works on what is near the particles that it owns
-    (`wsph.formulations.updated.near`)."""
+    """A body in the current configuration, of which a process holds layers around the particles that it owns, and works on
+    what is near these (`wsph.formulations.updated.near`)."""
 
     def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
         super().__init__(setup, rates)
@@ -55,8 +55,9 @@ class PartedSystem(OneSetSystem):
     def sight(self, own: slice, right: slice) -> Sight:
         sights = cast(UpdatedRates, self.rates).sights
         stress = seen_by(marked(self.count, own), sights) | marked(self.count, right)
-        spared = sum(4 * int(np.diff(host(pairs.offsets))[~stress].sum()) for pairs, _ in sights)
-        return Sight(int(stress.sum()), int(seen_by(stress, sights).sum()), spared)
+        many = 4 * np.sum([np.diff(host(pairs.offsets)) for pairs, _ in sights], 0)
+        bytes_of = int(many[stress].sum()), int(many.sum())
+        return Sight(int(stress.sum()), int(seen_by(stress, sights).sum()), *bytes_of)
 
     @property
     def wall_motions(self) -> Motions:

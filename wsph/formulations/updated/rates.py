@@ -26,6 +26,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
+from wsph.backend.domain import any_of
 from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
@@ -34,6 +35,7 @@ from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.updated.beyond import Beyond
 from wsph.formulations.updated.cutting import Cut
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
@@ -102,11 +104,11 @@ class UpdatedRates:
         self._space, self._clock, self._state, self._body = space, made.setup.clock, state, body
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
         self._count, self._at_nodes, self._domain = placement.count, placement.at_nodes, made.domain
-        if placement.share.held < placement.share.whole:
-            text = "its pairs follow the motion, for which every process has to have all of it, and not a part"
-            raise Refused(f"body {host.name!r}: {text}: start it without mpiexec")
+        layer = body.node_layer if placement.at_nodes else body.point_layer
+        around = host.name, placement.share, layer, body.split.around, made.domain, self._clock.device
         right = body.split.right
-        self.near = Near(placement.share, None if right is None else right[0 if placement.at_nodes else 1], made.domain)
+        at = 0 if placement.at_nodes else 1
+        self.near = Near(placement.share, None if right is None else right[at], Beyond(*around))
         self._arrays = made.arrays.part("rates")
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients = made.coefficients(self.form)
@@ -114,11 +116,11 @@ class UpdatedRates:
             self.kernels = _kernels(space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
         length = host.scales.length
-        self._place = (placement.position - placement.position.mean(0)) / length
+        self._place = (placement.position - body.middle) / length
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * body.spacing / length
         self._thickness = SKIN * body.spacing / length
-        self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls))
-        self._shift = shifts_of(self._kinds, self._walls, placement.position.mean(0)) / length
+        self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls), made.domain)
+        self._shift = shifts_of(self._kinds, self._walls, body.middle) / length
         self._allocate(placement.volume, made.stabilisation * (length / body.spacing) ** 2)
         self._make_images()
         self.skin = Skin(space, self._count, self._clock, made.domain, self.near.own)
@@ -220,9 +222,10 @@ class UpdatedRates:
                 self.bring()
             displacement = self._state.read("displacement")
         place = self._place + displacement
-        if not np.isfinite(place).all():
+        if any_of(self._domain, not np.isfinite(place).all()):
             return  # the finite check says so
-        self.sights = self.near.find(partial(self._look, place))
+        walled = self._thickness if self._kinds else 0.0
+        self.sights = self.near.find(partial(self._look, place), place, self._reach + walled)
         pairs = self.sights[0][0]
         self.neighbours: Pairs = pairs
         for images, parent in self.sights[1:]:

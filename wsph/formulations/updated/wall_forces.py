@@ -102,7 +102,7 @@ class WallForces(PowerWorks):
     def __init__(
         self, share: Share, walls: list[Wall], rates: object, space: Space, device: str, domain: Domain = WHOLE
     ):
-        kinds, driven = kinds_of(walls), [k for k, wall in enumerate(walls) if wall.driven]
+        kinds, driven = kinds_of(walls, domain), [k for k, wall in enumerate(walls) if wall.driven]
         self.columns, self._dim = max(len(driven), 1) * space.dim, space.dim
         super().__init__(share, bool(walls), device, domain)
         self.driven, self._walls, self._kinds, self._rates = bool(driven), walls, kinds, rates

@@ -17,7 +17,7 @@ from wsph.backend.domain import Domain, Split
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.meshes.layers import Layers
 from wsph.ranks.cuts import Counts, Reach
-from wsph.ranks.slabs import Slab, TooFew, slabs, work_of
+from wsph.ranks.slabs import NOTHING, Slab, TooFew, slabs, work_of
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Layered(Geometry):
     layers: Layers = field(kw_only=True)
     of: Whole | None = field(default=None, kw_only=True)
     part: Split | None = field(default=None, kw_only=True)
-    widened: "Callable[[tuple[int, int]], Layered] | None" = field(default=None, kw_only=True)
+    widened: "Callable[[tuple[int, int], tuple[int, int]], Layered] | None" = field(default=None, kw_only=True)
     completed: "Callable[[], Layered] | None" = field(default=None, kw_only=True)
 
     @property
@@ -50,7 +50,10 @@ class Layered(Geometry):
         return self if self.completed is None else self.completed()
 
     def wider(self, layers: tuple[int, int]) -> "Layered":
-        return self if self.widened is None else self.widened(layers)
+        return self if self.widened is None else self.widened(layers, self.split.around)
+
+    def seeing(self, layers: tuple[int, int]) -> "Layered":
+        return self if self.widened is None else self.widened(self.split.layers, layers)
 
     @property
     def mean_volume(self) -> float:
@@ -82,9 +85,6 @@ class Layered(Geometry):
 
 L = TypeVar("L", bound=Layered)
 
-NOTHING = (2**31, 0)
-"""Layers that take nothing beyond what a slab has."""
-
 
 @dataclass(frozen=True)
 class _Slabs:
@@ -96,16 +96,17 @@ class _Slabs:
     who: str
     loads: np.ndarray | None
 
-    def of(self, body: Layered, windows: np.ndarray) -> list[Slab]:
-        """Those of a body, each with at least the layers that a process asks for in `windows` (size, 2), and with whatever
-        it cannot do without."""
+    def of(self, body: Layered, windows: np.ndarray) -> tuple[list[Slab], list[Slab]]:
+        """Those of a body, with at least the layers that processes ask for in `windows` (size, 2, 2) and what they cannot
+        do without: with those whose state is to be right, and with all."""
         found = slabs(body.layers, self.size, self.reach, who=self.who, loads=self.loads)
-        return [
-            self._fitting(body, each, (int(low), int(high))) for each, (low, high) in zip(found, windows, strict=True)
-        ]
+        asked = [[(int(low), int(high)) for low, high in row] for row in windows]
+        right = [self._fitting(body, each, (row[0],)) for each, row in zip(found, asked, strict=True)]
+        wide = ((self.reach.around(each.layers), row[1]) for each, row in zip(right, asked, strict=True))
+        return right, [self._fitting(body, each, more) for each, more in zip(right, wide, strict=True)]
 
-    def _fitting(self, body: Layered, slab: Slab, window: tuple[int, int]) -> Slab:
-        for wanted in (window, body.needed(slab)):
+    def _fitting(self, body: Layered, slab: Slab, windows: tuple[tuple[int, int], ...]) -> Slab:
+        for wanted in (*windows, body.needed(slab)):
             slab = slab.over(wanted, body.layers.nodes, body.layers.points)
         return replace(slab, cells=slab.nodes) if self.reach.joined else slab
 
@@ -117,12 +118,11 @@ def shared(
     *,
     who: str,
     doubts: Callable[[Geometry], Iterator[str]],
-    entire: bool = False,
     loads: np.ndarray | None = None,
 ) -> L:
-    """The part of a body that a process has, or the `entire` body, of which it owns its part; `reach`, `who` and `loads` as
-    of `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and keeps it for those that ask for more of
-    it. Raises TooFew, and in all processes what the first one meets."""
+    """The part of a body that a process has; `reach`, `who` and `loads` as of `wsph.ranks.slabs.slabs`. The first process
+    makes all of the body, once, and keeps it for those that ask for more of it. Raises TooFew, and in all processes what the
+    first one meets."""
     known: list[tuple[L, Whole]] = []
     made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
     cutting = _Slabs(domain.size, reach, who, loads)
@@ -133,10 +133,8 @@ def shared(
             known.append((body, Whole(body.middle, body.mean_volume, tuple(doubts(body)))))
         body, of = known[0]
         try:
-            found = cutting.of(body, windows)
-            every = np.tile([0, body.layer_count], (domain.size, 1))
-            held = cutting.of(body, every) if entire else found
-            return [(body.cut(mine, of), mine, found) for mine in held]
+            right, held = cutting.of(body, windows)
+            return [(body.cut(mine, of), mine, right) for mine in held]
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
 
@@ -147,15 +145,22 @@ def shared(
             made_again[:] = [ref(body)]
         return body
 
-    def made(window: tuple[int, int]) -> L:
-        windows = domain.joined(np.array([window]))
+    def made(window: tuple[int, int], around: tuple[int, int]) -> L:
+        windows = domain.joined(np.array([[window, around]]))
         found = domain.dealt(lambda: parts(windows))
         if isinstance(found, str):
             raise TooFew(found)
         part, held, every = found
         slab = every[domain.rank]
-        right = (slab.nodes.window, slab.cells.window) if entire else None
-        split = Split(domain, held.nodes, held.cells, layers=slab.layers, right=right, work=work_of(every))
+        split = Split(
+            domain,
+            held.nodes,
+            held.cells,
+            layers=slab.layers,
+            around=held.layers,
+            right=slab.within(held),
+            work=work_of(every),
+        )
         return cast(L, replace(part, part=split, widened=made, completed=whole))
 
-    return made(NOTHING)
+    return made(NOTHING, NOTHING)

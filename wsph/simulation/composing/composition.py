@@ -147,6 +147,8 @@ class Composition:
     """The part of the scene that this process has."""
     pairs: int
     """Directed pairs of all operators, of all processes."""
+    around: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
+    """Layers that this process holds of bodies, by their names: of those that had to be made anew with more around them."""
     said: list[str] = field(default_factory=list[str])
     """What was warned of while it was composed."""
 

@@ -3,7 +3,8 @@
 A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side;
 its work is in particles of as many pairs as the mean, by the counts that bodies are cut by. Of two sets it works on its own
 and on what these see, and sends states, once a step.
-Where pairs follow the motion it holds all particles and has the pairs of what it works on: what it sees at the start.
+Where pairs follow the motion it holds more, for what comes near, and has the pairs of what it works on: what it sees at the
+start.
 With c the time that a right-hand side takes a particle, measured by some steps of the scene in this process, and b the rate
 at which memory is copied, measured too, a step of n particles in N processes is efficient to
 
@@ -69,14 +70,6 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         (
             "  copies",
             f"up to {copies.max()} of others' particles, {100.0 * copies.max() / held.max():.2g} % of these and its own",
-        ),
-        *(
-            (
-                "  states",
-                f"body {run.body.name!r}: every process has those of all {run.system.count}, and its part of the pairs",
-            )
-            for run, _ in cut
-            if run.system.traits.pairs_follow
         ),
         ("  messages", f"{sent / 1024:.4g} kB a right-hand side, {evaluations} of these a step"),
         ("  memory", f"{memory / 2**20:.4g} MB of arrays each"),

@@ -14,13 +14,16 @@ from wsph.ranks.slabs import Slab, TooFew, slabs, work_of
 from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
 
+Held = tuple[Slab, Slab]
+"""A slab of a process, and with all that it holds of others."""
+
 
 def slabs_of(
     scene: Scene, geometries: Sequence[Geometry], formulation: Formulation, count: int
-) -> list[list[Slab] | None]:
+) -> list[list[Held] | None]:
     """The slabs of so many processes of the bodies of a scene, which are whole here; None of one that each has all of.
     Raises TooFew for one by itself."""
-    found: list[list[Slab] | None] = []
+    found: list[list[Held] | None] = []
     loads = np.zeros(count)
     for body, geometry in zip(scene.bodies, geometries, strict=True):
         reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
@@ -32,7 +35,9 @@ def slabs_of(
             found.append(None)
         else:
             loads += work_of(cut)
-            found.append(cut)
+            counts = geometry.counts
+            nodes, points = (each.astype(np.int64) for each in (counts.nodes, counts.points))
+            found.append([(each, each.over(reach.around(each.layers), nodes, points)) for each in cut])
     return found
 
 
@@ -52,8 +57,9 @@ class Part:
     nbytes: float
 
 
-def part_of(system: System, slab: Slab) -> Part:
+def part_of(system: System, held: Held) -> Part:
     """What a process with a slab of a body would have."""
+    slab, wide = held
     share = slab.nodes if system.count == slab.nodes.whole else slab.cells
     own, worked = share.high - share.low, system.count * slab.work / float(system.geometry.counts.visits.sum())
     sight = system.sight(slice(share.low, share.high), share.window)
@@ -61,5 +67,6 @@ def part_of(system: System, slab: Slab) -> Part:
         copies, nbytes = share.held - own, system.nbytes / system.count * share.held
         done = worked if system.traits.one_set else own + COPIED * copies
         return Part(own, copies, copies * system.told, done, nbytes)
-    copies = sight.moved - own
-    return Part(own, copies, copies * system.told, worked, system.nbytes - sight.spared)
+    around = wide.nodes.held if system.count == slab.nodes.whole else wide.cells.held
+    nbytes = (system.nbytes - sight.every) / system.count * around + sight.listed
+    return Part(own, around - own, (sight.moved - own) * system.told, worked, nbytes)

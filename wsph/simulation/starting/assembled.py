@@ -1,15 +1,17 @@
-"""The arrays of a checkpoint in shards, put together."""
+"""The arrays of a checkpoint in shards, put together, or the part of a process."""
 
 # pyright: strict
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wsph.errors import CheckpointError
-from wsph.simulation.starting.shards import FIRST, Shards
+from wsph.ranks.kept import Piece
+from wsph.simulation.starting.shards import FIRST, Array, Shards
+from wsph.simulation.starting.source import filled, here
 
 
 class Assembled(Mapping[str, np.ndarray]):
@@ -21,6 +23,26 @@ class Assembled(Mapping[str, np.ndarray]):
         self._arrays, self._others = shards["arrays"], others
         self._shards = [_opened(path.parent / name, digest) for name, digest in shards["files"]]
 
+    def here(self, name: str, pieces: Sequence[Piece]) -> np.ndarray | None:
+        """The part of an array that stands in `pieces` of the whole, of whose shards one is read at a time; None where there
+        is none of these pieces."""
+        if name in self._others:
+            return here(self._others, name, pieces)
+        of = self._arrays.get(name)
+        if of is None or of["pieces"] != [[each.width, each.rows.whole] for each in pieces]:
+            return None
+        found = [self._piece(name, k, piece, of) for k, piece in enumerate(pieces)]
+        return found[0] if not pieces[0].width else np.concatenate([rows.ravel() for rows in found])
+
+    def _piece(self, name: str, number: int, piece: Piece, of: Array) -> np.ndarray:
+        wanted = piece.rows.places
+        rows = np.zeros((len(wanted), piece.width) if piece.width else (len(wanted), *of["shape"]), of["type"])
+        for shard in self._shards:
+            places = _numbers(shard[f"{name}:{number}:at"])
+            if len(places) and len(wanted) and places.min() <= wanted.max() and places.max() >= wanted.min():
+                filled(piece, places, shard[f"{name}:{number}"], rows)
+        return rows
+
     def __getitem__(self, key: str) -> np.ndarray:
         if key in self._others:
             return self._others[key]
@@ -30,7 +52,7 @@ class Assembled(Mapping[str, np.ndarray]):
             rows = np.zeros((whole, width) if width else (whole, *of["shape"]), of["type"])
             for shard in self._shards:
                 at = shard[f"{key}:{k}:at"]
-                rows[_places(at)] = shard[f"{key}:{k}"]
+                rows[_numbers(at)] = shard[f"{key}:{k}"]
             found.append(rows.ravel() if width else rows)
         return np.concatenate(found) if len(found) > 1 else found[0]
 
@@ -55,5 +77,7 @@ def _opened(path: Path, digest: str) -> Mapping[str, np.ndarray]:
     return np.load(file, allow_pickle=False)
 
 
-def _places(at: np.ndarray) -> np.ndarray | slice:
-    return slice(int(at[0]), int(at[0] + at[1])) if len(at) == 3 and at[2] == -1 else at
+def _numbers(at: np.ndarray) -> np.ndarray:
+    """The numbers of rows, of which a range may be written short."""
+    every: np.ndarray = np.arange(at[0], at[0] + at[1]) if len(at) == 3 and at[2] == -1 else at
+    return every

@@ -20,16 +20,18 @@ from wsph.backend.arrays import Arrays, put
 from wsph.backend.graph import Program
 from wsph.backend.state import State
 from wsph.errors import Unstable
+from wsph.formulations.updated.beyond import Outgrown
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray, Stepped
 from wsph.ranks.blocks import own_sum
-from wsph.ranks.kept import Piece, localised
+from wsph.ranks.kept import Piece
 from wsph.scene.states import Relax
 from wsph.simulation.composing.bodies import give_velocity
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, integrators_of
 from wsph.simulation.composing.joint import JointState
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.starting.quench import AGO, HIGHEST, KINETIC, LONGEST, PEAKS, TAKEN, Quench
+from wsph.simulation.starting.source import here
 
 LATER = 1e-6
 """The part of a step ahead of the clock at which values are those of the step of [[steps]] that begins there."""
@@ -201,6 +203,8 @@ class Relaxation:
             return self._program.run(count, stop)
         try:
             return self._program.run(count)
+        except Outgrown:  # in all of them
+            raise
         except BaseException as error:
             domain.abort(error)
             raise
@@ -341,7 +345,8 @@ class Relaxation:
         """Go on with what `kept` gave, and the arrays of a checkpoint."""
         pieces = self.pieces() if self._composition.domain.size > 1 else {}
         for name, array in self.arrays().items():
-            put(array, localised(arrays[name], pieces[name]) if pieces else arrays[name])
+            value = here(arrays, name, pieces.get(name))
+            put(array, arrays[name] if value is None else value)
         self.rows, self._largest = facts["rows"], facts["largest"]
         self._highest = [deque(each) for each in facts["highest"]]
         self.steps = int(self._quenches[0].memory.numpy()[AGO])
