@@ -187,11 +187,13 @@ def test_a_check_knows_the_cuts_of_a_run(name: str, size: int) -> None:
         for each, expected in zip(bodies, told, strict=True):
             assert expected is not None
             split = each.geometry.split
-            assert split.work == work_of(expected)
+            assert split.work == work_of([slab for slab, _ in expected])
             # Pairs of what it holds, all of which it works on.
             held = counted(each.geometry, (-1, 10**9)) if name != "moving" else split.work[rank]
             assert held == pytest.approx(split.work[rank], rel=0.06)
-            shares, own = (split.nodes, split.points), (expected[rank].nodes, expected[rank].cells)
+            slab, wide = expected[rank]
+            assert (split.layers, split.around) == (slab.layers, wide.layers)
+            shares, own = (split.nodes, split.points), (slab.nodes, slab.cells)
             assert [(s.low, s.high) for s in shares] == [(s.low, s.high) for s in own]
 
 

@@ -1,25 +1,21 @@
 """What processes make of a body is what one process makes of it, to the bit: slabs of lattices, and sums over them."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.ranks.shared_cases import scene
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.domain import WHOLE, Share
 from wsph.boundary.loads.rows import whole_area
-from wsph.errors import Refused
+from wsph.formulations.updated.beyond import Beyond, Outgrown
 from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.shapes.combined import Shape
 from wsph.ranks.blocks import Dots, own_sum
 from wsph.ranks.cuts import Reach
 from wsph.ranks.mpi import Ranks
-from wsph.scene import geometries
-from wsph.simulation.compose import compose
 
 __all__ = ["unlocked"]
 pytestmark = pytest.mark.usefixtures("unlocked")
@@ -79,37 +75,85 @@ def test_slabs_are_parts_of_the_lattice_to_the_bit(name: str, size: int) -> None
 
 
 @pytest.mark.parametrize("name", ["plain", "cracked and jittered"])
-def test_a_lattice_that_all_hold_is_the_whole_one_with_an_own_part_in_each(name: str) -> None:
+def test_a_part_with_more_around_it_says_which_of_it_is_right(name: str) -> None:
     outline, keys = BODIES[name]
     whole = lattice(outline, 1.0, seed=3, **keys)
     given = {"lattice_rotate": 0.0, "cracks": (), "split": True, "map": None, **keys}
     jitter = given.pop("jitter", 0.0)
 
-    def made(domain: Ranks) -> Lattice:
-        every = {"domain": domain, "reach": Reach(1, joined=True), "who": "body", **given}
-        found, slab = (slab_of(outline, 1.0, jitter, 3, entire=entire, **every) for entire in (True, False))
-        assert found.split.right == (slab.split.nodes.window, slab.split.points.window)
-        assert found.split.layers == slab.split.layers
-        assert found.split.points.own == slice(slab.split.points.low, slab.split.points.high)
-        wider = found.wider((0, len(whole.nodes)))
-        assert wider.split.right == (slice(0, len(whole.nodes)), slice(0, len(whole.cells)))
-        return found
+    def made(domain: Ranks) -> tuple[Lattice, ...]:
+        reaches = Reach(1, joined=True), Reach(1, joined=True, stressed=2, beyond=3)
+        narrow, wide = (slab_of(outline, 1.0, jitter, 3, domain, each, who="body", **given) for each in reaches)
+        low, high = wide.split.around
+        return narrow, wide, wide.seeing((low - 2 * domain.rank, high + 1)), wide.wider((0, 2**31))
 
-    for part in together(2, made):
-        for of in ("nodes", "node_volume", "index", "cells", "cell_volume", "corners"):
-            np.testing.assert_array_equal(getattr(part, of), getattr(whole, of), err_msg=of)
-        assert (part.split.points.first, part.split.points.held) == (0, len(whole.cells))
+    for narrow, wide, more, every in together(2, made):
+        assert narrow.split.around == narrow.split.layers
+        low, high = wide.split.layers
+        count = wide.layer_count
+        assert wide.split.around == (max(low - 3, 0), min(high + 3, count))
+        assert (more.split.layers, every.split.layers) == (wide.split.layers, (0, count))
+        assert more.split.around[1] == min(wide.split.around[1] + 1, count)
+        for part in (narrow, wide, more, every):
+            split = part.split
+            assert split.right is not None
+            for share, right, layer in zip((split.nodes, split.points), split.right, layers_in(whole), strict=True):
+                there = np.flatnonzero((layer >= split.layers[0]) & (layer < split.layers[1] + (share is split.nodes)))
+                assert (share.first + right.start, share.first + right.stop) == (there[0], there[-1] + 1)
+            for of in ("nodes", "node_volume", "index"):
+                np.testing.assert_array_equal(getattr(part, of), getattr(whole, of)[split.nodes.window], err_msg=of)
+            np.testing.assert_array_equal(part.cell_volume, whole.cell_volume[split.points.window])
 
 
-def test_a_part_of_a_body_whose_pairs_follow_the_motion_is_refused_by_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    in_parts = slab_of
+def layers_in(body: Lattice) -> tuple[np.ndarray, np.ndarray]:
+    return body.node_layer, body.point_layer
 
-    def parted(*given: Any, entire: bool, **keys: Any) -> Lattice:
-        return in_parts(*given, **keys)
 
-    monkeypatch.setattr(geometries, "slab_of", parted)
-    with pytest.raises(Refused, match="every process has to have all of it, and not a part: start it without mpiexec"):
-        together(2, partial(compose, scene(form="updated-lagrangian", probes=[]).with_(boundary=[])))
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_what_came_near_and_is_not_held_is_known(size: int) -> None:
+    random = np.random.default_rng(size)
+    layer = np.repeat(np.arange(40), 25)
+    place = np.column_stack([layer + random.uniform(0.0, 1.0, 1000), random.uniform(0.0, 5.0, 1000)])
+    place[layer > 25, 0] = 48.0 - place[layer > 25, 0]  # folded back: the last are beside those before the fold
+    place[layer > 25, 1] += 5.0
+    reach, ends = 1.5, np.linspace(0, 1000, size + 1).astype(int)
+    apart = np.linalg.norm(place[:, None] - place[None], axis=2)
+
+    def missing(rank: int, first: int, end: int) -> np.ndarray:
+        own = np.arange(ends[rank], ends[rank + 1])
+        seen = (apart[own] < reach).any(0)
+        every = (apart[seen] < reach).any(0)
+        return np.flatnonzero(every & ((np.arange(1000) < first) | (np.arange(1000) >= end)))
+
+    def found(domain: Ranks) -> tuple[int, int] | None:
+        low, high = int(ends[domain.rank]), int(ends[domain.rank + 1])
+        held = max(low - 100, 0), min(high + 100, 1000)
+        around = int(layer[held[0]]), int(layer[held[1] - 1]) + 1
+        share = Share(1000, held[0], held[1] - held[0], low, high)
+        rows = place[share.window]
+        seeing = (apart[low:high, share.window] < reach).any(0)
+        beyond = Beyond("b", share, layer[share.window], around, around, domain, "cpu")
+        with pytest.raises(Outgrown) as caught:
+            beyond.refuse(rows, seeing, reach)
+        layers, lost = caught.value.layers, layer[missing(domain.rank, *held)]
+        assert caught.value.body == "b"
+        assert layers[0] <= lost.min(initial=40)
+        assert lost.max(initial=-1) < layers[1]
+        assert len(lost) or layers == around
+        beyond = Beyond("b", Share(1000, 0, 1000, low, high), layer, (0, 40), (0, 40), domain, "cpu")
+        beyond.refuse(place, (apart[low:high] < reach).any(0), reach)  # all of it is held: nothing is missing
+        return layers
+
+    assert len(together(size, found)) == size
+
+
+def test_rows_are_passed_to_those_that_they_are_for() -> None:
+    def passed(domain: Ranks) -> list[np.ndarray]:
+        return domain.passed([np.full((k + domain.rank, 2), 10.0 * domain.rank + k) for k in range(domain.size)])
+
+    for rank, found in enumerate(together(3, passed)):
+        for other, rows in enumerate(found):
+            np.testing.assert_array_equal(rows, np.full((rank + other, 2), 10.0 * other + rank))
 
 
 CHOSEN = [np.array([3, 7, 1030, 2047, 2048]), np.array([0, 1, 1023]), np.array([0, 2047])]

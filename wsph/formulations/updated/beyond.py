@@ -30,12 +30,13 @@ class Outgrown(Exception):
 
 @dataclass(frozen=True)
 class Beyond:
-    """What is beyond the layers that a process holds, from one up to another (`around`), of a body called `body`. `layer`
-    (n,): those of the particles that it holds."""
+    """What is beyond the layers that a process holds, from one up to another, `around` its own `layers`, of a body called
+    `body`. `layer` (n,): those of the particles that it holds."""
 
     body: str
     share: Share
     layer: np.ndarray
+    layers: tuple[int, int]
     around: tuple[int, int]
     domain: Domain
     device: str
@@ -44,9 +45,12 @@ class Beyond:
         """Raise Outgrown in all processes where one does not hold all that its own particles see within `reach`, and that
         these and other `seeing` ones (n,) bool see. All are at `place` (n, dim)."""
         missing = self._missing(place, seeing, reach)
-        (first, last), (begin, end) = missing, self.around
-        # As much again as was missing, so that it is not made anew too often.
-        wanted = (2 * first - begin if first < begin else begin), (2 * last + 2 - end if last >= end else end)
+        (first, last), (begin, end), (low, high) = missing, self.around, self.layers
+        # And half as many as there are, so that it is not made anew too often.
+        wanted = (
+            first - 1 - (low - begin) // 2 if first < begin else begin,
+            last + 2 + (end - high) // 2 if last >= end else end,
+        )
         if self.domain.max(np.array([missing != NONE], np.int64))[0]:
             raise Outgrown(self.body, wanted)
 

@@ -105,8 +105,9 @@ class UpdatedRates:
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
         self._count, self._at_nodes, self._domain = placement.count, placement.at_nodes, made.domain
         layer = body.node_layer if placement.at_nodes else body.point_layer
-        around = host.name, placement.share, layer, body.split.around, made.domain, self._clock.device
-        right = body.split.right
+        split = body.split
+        around = host.name, placement.share, layer, split.layers, split.around, made.domain, self._clock.device
+        right = split.right
         at = 0 if placement.at_nodes else 1
         self.near = Near(placement.share, None if right is None else right[at], Beyond(*around))
         self._arrays = made.arrays.part("rates")
