@@ -146,6 +146,11 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
         elif name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
+        elif name.endswith(", narrow"):
+            reach_of = geometries.reach_of
+            geometries.reach_of = lambda *given: replace(reach_of(*given), beyond=2)  # so that it does not last long
+            found = {str(count): shared(comm, made, count) for count in counts}
+            geometries.reach_of = reach_of
         elif name.endswith(", begun"):
             found = begun(comm, made)
         elif name.endswith(", resumed"):
@@ -168,7 +173,7 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
 def case_of(name: str) -> str:
     """The case that a word of the command line names, without what else is done with it."""
     of, _, last = name.rpartition(", ")
-    return of if last in ("resumed", "begun", "stopped", "threads") else name
+    return of if last in ("resumed", "begun", "stopped", "threads", "narrow") else name
 
 
 def begin(cases: Mapping[str, Callable[[], wsph.Scene]], write: Callable[[Path], None] | None = None) -> None:

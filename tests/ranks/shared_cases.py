@@ -210,24 +210,33 @@ DRIVEN = [
 ]
 
 
-def sheared(**changes: object) -> wsph.Scene:
-    """A body that is sheared until particles of parts that are not next to each other are neighbours."""
-    shape = {"type": "box", "min": [0.0, 0.0], "max": [20.0, 250.0]}
+def distorted(far: tuple[float, float], velocity: str, **changes: object) -> wsph.Scene:
+    """A body that is distorted until particles of parts that are not next to each other are neighbours."""
+    shape = {"type": "box", "min": [0.0, 0.0], "max": list(far)}
     probes = [
-        {"name": "middle", "at": [[10.1, 125.3]], "fields": ["velocity", "stress"], "every": 1},
-        {"name": "low", "where": "y < 60", "fields": ["stress"], "reduce": "max", "every": 2},
+        {"name": "middle", "at": [[0.5 * far[0] + 0.1, 0.5 * far[1] + 0.3]], "fields": ["velocity", "stress"], "every": 1},
+        {"name": "low", "where": "y < 60 and x < 50", "fields": ["stress"], "reduce": "max", "every": 2},
     ]
-    made = scene(
-        form=UPDATED,
-        **MISES,
-        body={"shape": shape, "velocity": ["y - 125", "0.0"]},
-        probes=probes,
-        run={"dt": 0.05, "end": 2.4, "guard": "off"},
-        stop={"energy": 1e300},
-        output={"every": 24, "history": 12, "fields": ["velocity", "stress", "displacement"], "formats": []},
-        **changes,
-    )
+    given: dict[str, Any] = {
+        "body": {"shape": shape, "velocity": [velocity, "0.0"]},
+        "run": {"dt": 0.05, "end": 2.4, "guard": "off"},
+        "stop": {"energy": 1e300},
+        "output": {"every": 24, "history": 12, "fields": ["velocity", "stress", "displacement"], "formats": []},
+    }
+    made = scene(form=UPDATED, probes=probes, **given | {**MISES, **changes})
     return made.with_(boundary=[{"name": "end", "body": "b", "face": "+y", "traction": {"y": 1e-4}}])
+
+
+WAITING: dict[str, Any] = {
+    "steps": [
+        {"name": "one", "duration": 2.0},
+        {"name": "two", "duration": 0.4, "relax": {"until": 0.5, "max_steps": 5000}},
+    ],
+    "law": "elastic",
+    "material": {},
+    "run": {"dt": 0.05, "end": None, "guard": "off"},
+}
+"""Brought to rest in the middle of a run: what has been distorted goes back."""
 
 
 RESTED: dict[str, Any] = {
@@ -396,7 +405,9 @@ CASES = {
         run={"dt": None, "cfl": "auto"},
     ),
     "updated bar": lambda: scene(1, form=UPDATED, law="jaumann", body={"velocity": ["0.2*sin(0.01*x)"]}),
-    "updated sheared": sheared,
+    "updated sheared": lambda: distorted((20.0, 250.0), "y - 125"),
+    "updated pressed": lambda: distorted((140.0, 30.0), "0.3*(70 - x)"),
+    "updated waiting": lambda: distorted((140.0, 30.0), "0.1*(70 - x)", **WAITING),
     "updated contact": lambda: meeting(form=UPDATED, body=SWAYING),
     "updated balls": lambda: balls(form=UPDATED, body=SWAYING),
     "updated nodes": lambda: scene(
