@@ -9,7 +9,9 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -19,7 +21,8 @@ import wsph
 from wsph.backend import graph
 from wsph.backend.domain import WHOLE
 from wsph.contact.meeting.ways import Places, Way
-from wsph.formulations.updated.near import Near, Sights
+from wsph.formulations.updated.sharing.near import Near, Sights
+from wsph.scene import geometries
 
 
 def digest(result: wsph.Result) -> str:
@@ -35,6 +38,15 @@ def digest(result: wsph.Result) -> str:
     said = {key: result.summary.get(key) for key in keys}
     found.update(json.dumps(said, sort_keys=True).encode())
     return found.hexdigest()[:16]
+
+
+@contextmanager
+def holding_little() -> Generator[None]:
+    """Bodies whose pairs follow the motion have so little around them that it does not last long."""
+    reach_of = geometries.reach_of
+    geometries.reach_of = lambda *given: replace(reach_of(*given), beyond=2)
+    yield
+    geometries.reach_of = reach_of
 
 
 class Searches:
@@ -147,10 +159,8 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
         elif name.endswith(", narrow"):
-            reach_of = geometries.reach_of
-            geometries.reach_of = lambda *given: replace(reach_of(*given), beyond=2)  # so that it does not last long
-            found = {str(count): shared(comm, made, count) for count in counts}
-            geometries.reach_of = reach_of
+            with holding_little():
+                found = {str(count): shared(comm, made, count) for count in counts}
         elif name.endswith(", begun"):
             found = begun(comm, made)
         elif name.endswith(", resumed"):

@@ -214,7 +214,12 @@ def distorted(far: tuple[float, float], velocity: str, **changes: object) -> wsp
     """A body that is distorted until particles of parts that are not next to each other are neighbours."""
     shape = {"type": "box", "min": [0.0, 0.0], "max": list(far)}
     probes = [
-        {"name": "middle", "at": [[0.5 * far[0] + 0.1, 0.5 * far[1] + 0.3]], "fields": ["velocity", "stress"], "every": 1},
+        {
+            "name": "middle",
+            "at": [[0.5 * far[0] + 0.1, 0.5 * far[1] + 0.3]],
+            "fields": ["velocity", "stress"],
+            "every": 1,
+        },
         {"name": "low", "where": "y < 60 and x < 50", "fields": ["stress"], "reduce": "max", "every": 2},
     ]
     given: dict[str, Any] = {
@@ -407,6 +412,7 @@ CASES = {
     "updated bar": lambda: scene(1, form=UPDATED, law="jaumann", body={"velocity": ["0.2*sin(0.01*x)"]}),
     "updated sheared": lambda: distorted((20.0, 250.0), "y - 125"),
     "updated pressed": lambda: distorted((140.0, 30.0), "0.3*(70 - x)"),
+    "updated heaped": lambda: distorted((140.0, 30.0), "0.15*(abs(x - 70) - (x - 70))"),
     "updated waiting": lambda: distorted((140.0, 30.0), "0.1*(70 - x)", **WAITING),
     "updated contact": lambda: meeting(form=UPDATED, body=SWAYING),
     "updated balls": lambda: balls(form=UPDATED, body=SWAYING),

@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wsph.formulations.updated.sharing.anew import Anew
 
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.domain import WHOLE, Share
 from wsph.boundary.loads.rows import whole_area
-from wsph.formulations.updated.beyond import Beyond, Outgrown
+from wsph.formulations.updated.sharing.beyond import Beyond
 from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.shapes.combined import Shape
@@ -133,10 +134,11 @@ def test_what_came_near_and_is_not_held_is_known(size: int) -> None:
         rows = place[share.window]
         seeing = (apart[low:high, share.window] < reach).any(0)
         beyond = Beyond("b", share, layer[share.window], around, around, domain, "cpu")
-        with pytest.raises(Outgrown) as caught:
+        with pytest.raises(Anew) as caught:
             beyond.refuse(rows, seeing, reach)
-        layers, lost = caught.value.layers, layer[missing(domain.rank, *held)]
+        layers, lost = caught.value.by.layers, layer[missing(domain.rank, *held)]
         assert caught.value.body == "b"
+        assert layers is not None
         assert layers[0] <= lost.min(initial=40)
         assert lost.max(initial=-1) < layers[1]
         assert len(lost) or layers == around

@@ -29,7 +29,7 @@ GROUPS = [
     ("balls", "balls of links, resumed"),
     ("updated cracked", "updated bar", "updated relaxed", "updated balls", "updated nodes", "updated bodies"),
     ("updated, begun", "updated plastic, resumed", "updated contact, resumed"),
-    ("updated pressed, resumed", "updated waiting, narrow"),
+    ("updated pressed, resumed", "updated heaped", "updated waiting, narrow"),
 ]
 """Some, by one to four processes, and the rest, which is slow, by one, two or three, and four. What is resumed is begun by
 one and by two, and goes on by one, three and four: it needs no run from start to end by these."""

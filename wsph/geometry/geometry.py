@@ -16,6 +16,7 @@ from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
 from wsph.geometry.meshes.sides import between_sides
 from wsph.ranks.cuts import Counts
+from wsph.ranks.slabs import Cutting
 
 BULGE = 0.1
 """Height of a round surface over the sides of cells that follow it, over half of the diameter of a cell, at most: an arc
@@ -65,6 +66,16 @@ class Geometry:
     def seeing(self, layers: tuple[int, int]) -> "Geometry":
         """The same part with more copies around it: at least those of some layers, whose state need not be that of their
         owners in every step. All processes that share the body ask for it together."""
+        return self
+
+    @property
+    def cutting(self) -> Cutting | None:
+        """How it is cut for the processes that share it, if any do."""
+        return None
+
+    def cut_by(self, visits: np.ndarray) -> "Geometry":
+        """The part that this process has where the body is cut by other `visits` of pairs (l,) in its layers. All processes
+        that share the body ask for it together."""
         return self
 
     @property

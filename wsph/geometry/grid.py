@@ -176,3 +176,26 @@ def lines(
     before = int(np.ceil((anchor - low) / spacing - FIT))
     after = int(np.ceil((high - anchor) / spacing - FIT))
     return anchor - before * spacing, anchor + after * spacing, before + after
+
+
+def places_of(inside: np.ndarray, first: int = 0) -> np.ndarray:
+    """Where an array of the shape of a grid, from its `first` layer on, is true, (n, dim) int32, the last axis fastest."""
+    left = np.flatnonzero(inside)
+    places = np.empty((len(left), inside.ndim), np.int32)
+    for axis in reversed(range(inside.ndim)):
+        left, places[:, axis] = np.divmod(left, inside.shape[axis])
+    places[:, 0] += np.int32(first)
+    return places
+
+
+def corners_of(inside: np.ndarray, offsets: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (c, 2^dim) of the cells `inside`, and places (n, dim) in the grid of all that are, in its order; int32."""
+    touched = np.zeros([n + 1 for n in inside.shape], bool)
+    views = [tuple(slice(k, k + n) for k, n in zip(o, inside.shape, strict=True)) for o in offsets.tolist()]
+    for view in views:
+        touched[view] |= inside
+    number = (np.cumsum(touched.ravel(), dtype=np.int32) - np.int32(1)).reshape(touched.shape)
+    corners = np.empty((np.count_nonzero(inside), len(offsets)), np.int32)
+    for k, view in enumerate(views):
+        corners[:, k] = number[view][inside]
+    return corners, places_of(touched, first)

@@ -22,13 +22,13 @@ from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
-from wsph.geometry.grid import Grid, cells_in, layers_of, plan
+from wsph.geometry.grid import Grid, cells_in, corners_of, layers_of, places_of, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.ranks.blocks import own_sum
 from wsph.ranks.cuts import Counts, Reach
-from wsph.ranks.slabs import NOTHING, Slab, slabs, work_of
+from wsph.ranks.slabs import NOTHING, Cutting, Slab, work_of
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
     `bent`: a map has moved nodes; `part`, of a body that processes share, which part it is, `widened` how it is made with
-    more around it, and `completed` how all of it."""
+    more around it, `recut` how it was cut and how it is by other visits of pairs, and `completed` how all of it is made."""
 
     frame: Grid
     index: np.ndarray
@@ -45,6 +45,7 @@ class Lattice(Geometry):
     bent: bool = False
     part: Split | None = None
     widened: Callable[[tuple[int, int], tuple[int, int]], "Lattice"] | None = None
+    recut: tuple[Cutting, Callable[[np.ndarray], "Lattice"]] | None = None
     completed: Callable[[], "Lattice"] | None = None
 
     def wider(self, layers: tuple[int, int]) -> "Lattice":
@@ -52,6 +53,13 @@ class Lattice(Geometry):
 
     def seeing(self, layers: tuple[int, int]) -> "Lattice":
         return self if self.widened is None else self.widened(self.split.layers, layers)
+
+    @property
+    def cutting(self) -> Cutting | None:
+        return None if self.recut is None else self.recut[0]
+
+    def cut_by(self, visits: np.ndarray) -> "Lattice":
+        return self if self.recut is None else self.recut[1](visits)
 
     @property
     def entire(self) -> "Lattice":
@@ -276,7 +284,7 @@ def lattice(
     inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
-    index, (corners, node_index) = _places(inside, layers[0]), _corners(inside, offsets, layers[0])
+    index, (corners, node_index) = places_of(inside, layers[0]), corners_of(inside, offsets, layers[0])
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
@@ -398,23 +406,27 @@ def slab_of(
     nodes, cells = layers[:, 0], layers[:-1, 1]
     if not cells.sum():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
-    every = slabs(Counts.of_cells(nodes, cells, dim), domain.size, reach, who=who, loads=loads)
+    cutting = Cutting(Counts.of_cells(nodes, cells, dim), domain.size, reach, who, loads)
     middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
     some = layers[nodes > 0]
     low = some[:, 2 + dim : 2 + 2 * dim].min(0)
 
-    def made(window: tuple[int, int], around: tuple[int, int]) -> Lattice:
+    def made(every: list[Slab], window: tuple[int, int], around: tuple[int, int]) -> Lattice:
         right = every[domain.rank].over(window, nodes, cells)
         held = right.over(reach.around(right.layers), nodes, cells).over(around, nodes, cells)
         part = Split(
             domain, held.nodes, held.cells, middle, low, right.layers, held.layers, right.within(held), work_of(every)
         )
-        return replace(given(held=Held(held, part, plain)), widened=made, completed=given)
+        found = given(held=Held(held, part, plain))
+        return replace(found, widened=partial(made, every), recut=(cutting, cut), completed=given)
+
+    def cut(visits: np.ndarray | None = None) -> Lattice:
+        return made(cutting.slabs(visits), NOTHING, NOTHING)
 
     given = partial(
         lattice, shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map
     )
-    return made(NOTHING, NOTHING)
+    return cut()
 
 
 def _part_layers(layers: np.ndarray, shape: Shape, grid: Grid, ends: tuple[int, int], cracks: Sequence[Crack]) -> None:
@@ -424,32 +436,9 @@ def _part_layers(layers: np.ndarray, shape: Shape, grid: Grid, ends: tuple[int, 
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cracks:
         cut_faces(crack, cut, shape, grid, around[0])
-    corners, node = _corners(inside, offsets)
+    corners, node = corners_of(inside, offsets)
     parted = node[part_nodes(corners, node, inside, cut, offsets, 0)[1]] if cut.any() else node
     for k in range(*ends):
         here = parted[parted[:, 0] == k - around[0]].astype(np.int64)
         here[:, 0] += around[0]
         layers[k - ends[0], 0], layers[k - ends[0], 2 : 2 + dim] = len(here), here.sum(0)
-
-
-def _places(inside: np.ndarray, first: int = 0) -> np.ndarray:
-    """Where an array of the shape of a grid, from its `first` layer on, is true, (n, dim) int32, the last axis fastest."""
-    left = np.flatnonzero(inside)
-    places = np.empty((len(left), inside.ndim), np.int32)
-    for axis in reversed(range(inside.ndim)):
-        left, places[:, axis] = np.divmod(left, inside.shape[axis])
-    places[:, 0] += np.int32(first)
-    return places
-
-
-def _corners(inside: np.ndarray, offsets: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (c, 2^dim) of the cells `inside`, and places (n, dim) in the grid of all that are, in its order; int32."""
-    touched = np.zeros([n + 1 for n in inside.shape], bool)
-    views = [tuple(slice(k, k + n) for k, n in zip(o, inside.shape, strict=True)) for o in offsets.tolist()]
-    for view in views:
-        touched[view] |= inside
-    number = (np.cumsum(touched.ravel(), dtype=np.int32) - np.int32(1)).reshape(touched.shape)
-    corners = np.empty((np.count_nonzero(inside), len(offsets)), np.int32)
-    for k, view in enumerate(views):
-        corners[:, k] = number[view][inside]
-    return corners, _places(touched, first)

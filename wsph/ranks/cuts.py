@@ -8,7 +8,7 @@ what a part has to do is the difference of the two.
 # pyright: strict
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,10 @@ class Counts:
     def of_cells(cls, nodes: np.ndarray, cells: np.ndarray, dim: int) -> "Counts":
         """Those of layers of cells of a grid: rows of these have all of their corners, and rows of nodes as many places."""
         return cls(nodes, cells, 2.0**dim * (cells + between(nodes)))
+
+    def visited(self, visits: np.ndarray) -> "Counts":
+        """The same with other visits (l,), as many in all as there were: what bodies have to do is compared."""
+        return replace(self, visits=visits * (self.visits.sum() / visits.sum()))
 
 
 def between(nodes: np.ndarray) -> np.ndarray:

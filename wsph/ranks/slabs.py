@@ -85,6 +85,29 @@ def slabs(body: Counts, size: int, reach: Reach, *, who: str, loads: np.ndarray 
     return found
 
 
+@dataclass(frozen=True)
+class Cutting:
+    """How a body is cut: as `slabs` takes it."""
+
+    counts: Counts
+    size: int
+    reach: Reach
+    who: str
+    loads: np.ndarray | None
+
+    def slabs(self, visits: np.ndarray | None = None) -> list[Slab]:
+        """The slabs of all processes, by the pairs that there are at the start, or by other `visits` (l,) of layers. Raises
+        TooFew."""
+        counts = self.counts if visits is None else self.counts.visited(visits)
+        return slabs(counts, self.size, self.reach, who=self.who, loads=self.loads)
+
+    def works(self, visits: np.ndarray, lows: np.ndarray) -> np.ndarray:
+        """The pairs that processes visit whose nodes begin at the numbers `lows` (size,), by `visits` (l,) of layers."""
+        places = Places.of(self.counts.visited(visits), self.reach)
+        at = np.append(np.searchsorted(places.nodes, lows), len(places.nodes) - 1)
+        return places.closed[at[1:]] - places.opened[at[:-1]]
+
+
 def work_of(found: Sequence[Slab]) -> tuple[float, ...]:
     """The pairs that each process visits."""
     return tuple(each.work for each in found)

@@ -31,7 +31,8 @@ from wsph.doubts import doubt, keeping
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
-from wsph.formulations.updated.beyond import Outgrown
+from wsph.formulations.updated.sharing.anew import Anew, Remade
+from wsph.geometry.geometry import Geometry
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.protocols import Material
@@ -60,28 +61,25 @@ from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 
-Around = Mapping[str, tuple[int, int]]
-"""Layers that a process holds of bodies at least, by their names: those around its own."""
 
-
-def compose(scene: Scene, domain: Domain = WHOLE, around: Around | None = None) -> Composition:
-    """Set up a scene, or the part of it that this process has of a `domain`, with what is `around` it. Raises SceneError,
-    Refused or PluginError; compiles the set-up's kernels, runs nothing."""
-    around = dict(around or {})
+def compose(scene: Scene, domain: Domain = WHOLE, remade: Mapping[str, Remade] | None = None) -> Composition:
+    """Set up a scene, or the part of it that this process has of a `domain`; `remade` says of bodies by their names what
+    they are made anew by. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+    remade = dict(remade or {})
     try:
         while True:
             try:
                 with keeping([]) as said:
-                    composition = _compose(scene, domain, around)
+                    composition = _compose(scene, domain, remade)
                 composition.said = said
                 return composition
-            except Outgrown as outgrown:
-                around[outgrown.body] = outgrown.layers
+            except Anew as anew:
+                remade[anew.body] = remade.get(anew.body, Remade()).by(anew.by)
     except SceneError as error:
         raise scene.located(error) from None
 
 
-def _compose(scene: Scene, domain: Domain, around: Around) -> Composition:
+def _compose(scene: Scene, domain: Domain, remade: Mapping[str, Remade]) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
@@ -96,7 +94,7 @@ def _compose(scene: Scene, domain: Domain, around: Around) -> Composition:
         refuse_shared(scene, method)
     else:
         memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = _bodies(scene, materials, method, domain, around)
+    bare = _bodies(scene, materials, method, domain, remade)
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -147,22 +145,28 @@ def _compose(scene: Scene, domain: Domain, around: Around) -> Composition:
         method.who,
         domain,
         pairs,
-        dict(around),
+        dict(remade),
     )
 
 
 def _bodies(
-    scene: Scene, materials: Sequence[Material], method: Method, domain: Domain, around: Around
+    scene: Scene, materials: Sequence[Material], method: Method, domain: Domain, remade: Mapping[str, Remade]
 ) -> list[BareBody]:
     """The bodies of a scene, or the part of each that this process has."""
     if domain.size == 1:
         return bare_bodies(scene, materials, method)
     bare = [
-        replace(each, geometry=each.geometry.seeing(around[each.body.name])) if each.body.name in around else each
+        replace(each, geometry=_again(each.geometry, remade.get(each.body.name, Remade())))
         for each in bare_bodies(scene, materials, method, domain)
     ]
     refuse_whole(scene, [each.geometry.split.domain.size > 1 for each in bare], domain.size)
     return reach_probes(scene, bare, domain)
+
+
+def _again(geometry: Geometry, by: Remade) -> Geometry:
+    """The geometry of a body that is made anew."""
+    cut = geometry if by.visits is None else geometry.cut_by(by.visits)
+    return cut if by.layers is None else cut.seeing(by.layers)
 
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-import gc
 import math
 import signal
 import threading
@@ -20,7 +19,7 @@ from wsph.backend.domain import WHOLE, Domain, any_of, failing_together
 from wsph.backend.graph import BLOCKS
 from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
-from wsph.formulations.updated.beyond import Outgrown
+from wsph.formulations.updated.sharing.anew import Anew
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder, PartedFolder, UnwrittenFolder
@@ -42,6 +41,7 @@ from wsph.simulation.probing.recorder import RING
 from wsph.simulation.probing.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.starting.checkpoints import Checkpoints
+from wsph.simulation.starting.going_on import GoingOn
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
@@ -123,10 +123,10 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                         try:
                             result = running.run(progress or None, interrupts, WATCHED if watched else 1)
                             break
-                        except Outgrown as outgrown:
-                            anew = running.grown(outgrown)
+                        except Anew as anew:
+                            of = running.remade(anew)
                         del running
-                        running = anew()
+                        running = Running.going_on(of)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -242,32 +242,22 @@ class Running:
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
 
-    def grown(self, outgrown: Outgrown) -> Callable[[], "Running"]:
-        """What makes the run that goes on from where this one has come to, of bodies that have more around them in this
-        process."""
-        scene, domain = self._composition.scene, self._domain
-        around = {**self._composition.around, outgrown.body: outgrown.layers}
-        folder = self._folder.folder if self._folder is not None else None
-        started, inside, first = self._started, self._inside, self._first
-        step, found, said = int(host(self._composition.clock.step)[0]), self._found, list(self._composition.said)
-        carried = self._under_way and (step > 0 or self._relaxations.current is not None)
-        if carried:
+    def remade(self, asked: Anew) -> GoingOn:
+        """What a run goes on from that has come to where this one has, with a body that is made anew."""
+        step, found, first = int(host(self._composition.clock.step)[0]), self._found, None
+        if self._under_way and (step > 0 or self._relaxations.current is not None):
             self._composition.publish()
             self._records.collect(step)
-            found = self._checkpoints.carried(step)
+            found, first = self._checkpoints.carried(step), self._first
+        folder = self._folder.folder if self._folder is not None else None
+        return GoingOn.of(self._composition, asked, folder, self._started, self._inside, found, first)
 
-        def anew() -> Running:
-            gc.collect()  # the bodies that were
-            with keeping(said):
-                composition = compose(scene, domain, around)
-            composition.said = said
-            composition.compile()
-            give_back(composition.particles)
-            running = Running(composition, folder, started, found)
-            running._inside, running._began = inside, first if carried else None
-            return running
-
-        return anew
+    @classmethod
+    def going_on(cls, of: GoingOn) -> "Running":
+        """The run that goes on."""
+        running = cls(of.composed(), of.folder, of.started, of.found)
+        running._inside, running._began = of.inside, of.first
+        return running
 
     @property
     def composition(self) -> Composition:
@@ -379,7 +369,7 @@ class Running:
             steps, began = min(self._apart, count - done), time.perf_counter()
             try:
                 done += self._composition.program.run(steps)
-            except Outgrown:  # in all of them
+            except Anew:  # in all of them
                 raise
             except BaseException as error:
                 self._domain.abort(error)

@@ -17,14 +17,14 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.one_set_works import pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import Sight
-from wsph.formulations.updated.near import marked, seen_by
 from wsph.formulations.updated.rates import UpdatedRates
+from wsph.formulations.updated.sharing.near import marked, seen_by
 from wsph.ranks.kept import Piece, Rows
 
 
 class PartedSystem(OneSetSystem):
     """A body in the current configuration, of which a process holds layers around the particles that it owns, and works on
-    what is near these (`wsph.formulations.updated.near`)."""
+    what is near these (`wsph.formulations.updated.sharing.near`)."""
 
     def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
         super().__init__(setup, rates)

@@ -35,14 +35,15 @@ from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set_setup import RateSetup
-from wsph.formulations.updated.beyond import Beyond
 from wsph.formulations.updated.cutting import Cut
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
-from wsph.formulations.updated.near import Near, Sights
+from wsph.formulations.updated.sharing.beyond import Beyond
+from wsph.formulations.updated.sharing.evenness import Evenness
+from wsph.formulations.updated.sharing.near import Near, Sights
 from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForceKinds, weightless
@@ -109,7 +110,10 @@ class UpdatedRates:
         around = host.name, placement.share, layer, split.layers, split.around, made.domain, self._clock.device
         right = split.right
         at = 0 if placement.at_nodes else 1
-        self.near = Near(placement.share, None if right is None else right[at], Beyond(*around))
+        even = None
+        if body.cutting is not None:
+            even = Evenness(host.name, body.cutting, split.nodes.low, layer[placement.share.own], made.domain)
+        self.near = Near(placement.share, None if right is None else right[at], Beyond(*around), even)
         self._arrays = made.arrays.part("rates")
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients = made.coefficients(self.form)
@@ -249,6 +253,7 @@ class UpdatedRates:
         state = self._state.struct
         if self.skin.has_left(state.displacement, state.velocity, self._thickness):
             self._find()
+            self.near.refuse_uneven()
             return True
         return False
 

@@ -8,6 +8,7 @@ what there is to doubt about it, goes with every part.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeVar, cast
 from weakref import ref
 
@@ -17,7 +18,7 @@ from wsph.backend.domain import Domain, Split
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.meshes.layers import Layers
 from wsph.ranks.cuts import Counts, Reach
-from wsph.ranks.slabs import NOTHING, Slab, TooFew, slabs, work_of
+from wsph.ranks.slabs import NOTHING, Cutting, Slab, TooFew, work_of
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,14 @@ class Whole:
 @dataclass(frozen=True)
 class Layered(Geometry):
     """A body whose nodes and points stand layer by layer; of one that processes share `of` which it is a part, `part` which
-    part it is, `widened` how it is made with more around it, and `completed` how all of it."""
+    part it is, `widened` how it is made with more around it, `recut` how it was cut and how it is by other visits of pairs,
+    and `completed` how all of it is made."""
 
     layers: Layers = field(kw_only=True)
     of: Whole | None = field(default=None, kw_only=True)
     part: Split | None = field(default=None, kw_only=True)
     widened: "Callable[[tuple[int, int], tuple[int, int]], Layered] | None" = field(default=None, kw_only=True)
+    recut: "tuple[Cutting, Callable[[np.ndarray], Layered]] | None" = field(default=None, kw_only=True)
     completed: "Callable[[], Layered] | None" = field(default=None, kw_only=True)
 
     @property
@@ -54,6 +57,13 @@ class Layered(Geometry):
 
     def seeing(self, layers: tuple[int, int]) -> "Layered":
         return self if self.widened is None else self.widened(self.split.layers, layers)
+
+    @property
+    def cutting(self) -> Cutting | None:
+        return None if self.recut is None else self.recut[0]
+
+    def cut_by(self, visits: np.ndarray) -> "Layered":
+        return self if self.recut is None else self.recut[1](visits)
 
     @property
     def mean_volume(self) -> float:
@@ -88,18 +98,21 @@ L = TypeVar("L", bound=Layered)
 
 @dataclass(frozen=True)
 class _Slabs:
-    """The slabs that `size` processes have of bodies, as `wsph.ranks.slabs.slabs` takes them. Particles that are their own
-    points are shared as nodes: there are none behind the last layer."""
+    """The slabs that processes have of a body. Particles that are their own points are shared as nodes: there are none
+    behind the last layer."""
 
-    size: int
-    reach: Reach
-    who: str
-    loads: np.ndarray | None
+    cutting: Cutting
+    visits: np.ndarray | None
+
+    @property
+    def reach(self) -> Reach:
+        """What a process needs around what it owns."""
+        return self.cutting.reach
 
     def of(self, body: Layered, windows: np.ndarray) -> tuple[list[Slab], list[Slab]]:
         """Those of a body, with at least the layers that processes ask for in `windows` (size, 2, 2) and what they cannot
         do without: with those whose state is to be right, and with all."""
-        found = slabs(body.layers, self.size, self.reach, who=self.who, loads=self.loads)
+        found = self.cutting.slabs(self.visits)
         asked = [[(int(low), int(high)) for low, high in row] for row in windows]
         right = [self._fitting(body, each, (row[0],)) for each, row in zip(found, asked, strict=True)]
         wide = ((self.reach.around(each.layers), row[1]) for each, row in zip(right, asked, strict=True))
@@ -125,15 +138,17 @@ def shared(
     first one meets."""
     known: list[tuple[L, Whole]] = []
     made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
-    cutting = _Slabs(domain.size, reach, who, loads)
 
-    def parts(windows: np.ndarray) -> list[tuple[Layered, Slab, list[Slab]] | str]:
+    def cutting(layers: Layers) -> Cutting:
+        return Cutting(layers, domain.size, reach, who, loads)
+
+    def parts(windows: np.ndarray, visits: np.ndarray | None) -> list[tuple[Layered, Slab, list[Slab]] | str]:
         if not known:
             body = make()
             known.append((body, Whole(body.middle, body.mean_volume, tuple(doubts(body)))))
         body, of = known[0]
         try:
-            right, held = cutting.of(body, windows)
+            right, held = _Slabs(cutting(body.layers), visits).of(body, windows)
             return [(body.cut(mine, of), mine, right) for mine in held]
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
@@ -145,9 +160,9 @@ def shared(
             made_again[:] = [ref(body)]
         return body
 
-    def made(window: tuple[int, int], around: tuple[int, int]) -> L:
+    def made(visits: np.ndarray | None, window: tuple[int, int], around: tuple[int, int]) -> L:
         windows = domain.joined(np.array([[window, around]]))
-        found = domain.dealt(lambda: parts(windows))
+        found = domain.dealt(lambda: parts(windows, visits))
         if isinstance(found, str):
             raise TooFew(found)
         part, held, every = found
@@ -161,6 +176,10 @@ def shared(
             right=slab.within(held),
             work=work_of(every),
         )
-        return cast(L, replace(part, part=split, widened=made, completed=whole))
+        again = cutting(part.layers), cut
+        return cast(L, replace(part, part=split, widened=partial(made, visits), recut=again, completed=whole))
 
-    return made(NOTHING, NOTHING)
+    def cut(visits: np.ndarray | None = None) -> L:
+        return made(visits, NOTHING, NOTHING)
+
+    return cut()

@@ -19,6 +19,7 @@ from wsph.contact.between import Coupling, Interaction
 from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
+from wsph.formulations.updated.sharing.anew import Remade
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
@@ -147,8 +148,8 @@ class Composition:
     """The part of the scene that this process has."""
     pairs: int
     """Directed pairs of all operators, of all processes."""
-    around: dict[str, tuple[int, int]] = field(default_factory=dict[str, tuple[int, int]])
-    """Layers that this process holds of bodies, by their names: of those that had to be made anew with more around them."""
+    remade: dict[str, Remade] = field(default_factory=dict[str, Remade])
+    """What bodies that processes share were made anew by, by their names."""
     said: list[str] = field(default_factory=list[str])
     """What was warned of while it was composed."""
 

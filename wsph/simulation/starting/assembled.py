@@ -79,5 +79,7 @@ def _opened(path: Path, digest: str) -> Mapping[str, np.ndarray]:
 
 def _numbers(at: np.ndarray) -> np.ndarray:
     """The numbers of rows, of which a range may be written short."""
-    every: np.ndarray = np.arange(at[0], at[0] + at[1]) if len(at) == 3 and at[2] == -1 else at
-    return every
+    if len(at) != 3 or at[2] != -1:
+        return at
+    found: np.ndarray = np.arange(int(at[0]), int(at[0]) + int(at[1]))
+    return found

@@ -20,7 +20,7 @@ from wsph.backend.arrays import Arrays, put
 from wsph.backend.graph import Program
 from wsph.backend.state import State
 from wsph.errors import Unstable
-from wsph.formulations.updated.beyond import Outgrown
+from wsph.formulations.updated.sharing.anew import Anew
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray, Stepped
 from wsph.ranks.blocks import own_sum
@@ -203,7 +203,7 @@ class Relaxation:
             return self._program.run(count, stop)
         try:
             return self._program.run(count)
-        except Outgrown:  # in all of them
+        except Anew:  # in all of them
             raise
         except BaseException as error:
             domain.abort(error)

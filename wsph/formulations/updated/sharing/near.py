@@ -4,7 +4,7 @@ A process holds its own particles and layers around them, and the pairs of some 
 takes the stresses of what it sees, and those the motion of what that sees. So a process finds the accelerations of its own
 particles, the stresses of these and of what they see, and is told the accelerations of what all of those see: these copies
 then go their way as with their owners, to the bit. The others stay behind until pairs are found anew, for which all that
-copies have is brought up to date. What comes near and is no copy has to become one (`wsph.formulations.updated.beyond`).
+copies have is brought up to date. What comes near and is no copy has to become one (`beyond`, beside this).
 """
 
 # pyright: strict
@@ -18,7 +18,8 @@ import warp as wp
 
 from wsph.backend.arrays import host
 from wsph.backend.domain import Share
-from wsph.formulations.updated.beyond import Beyond
+from wsph.formulations.updated.sharing.beyond import Beyond
+from wsph.formulations.updated.sharing.evenness import Evenness
 from wsph.sph.pairs import Pairs
 
 Sights = Sequence[tuple[Pairs, np.ndarray | None]]
@@ -64,14 +65,14 @@ class Near:
     sees them.
     """
 
-    def __init__(self, share: Share, right: slice | None, beyond: Beyond):
-        self._share, self._right, self._beyond = share, right or share.own, beyond
+    def __init__(self, share: Share, right: slice | None, beyond: Beyond, evenness: Evenness | None):
+        self._share, self._right, self._beyond, self._evenness = share, right or share.own, beyond, evenness
         self.halo = beyond.domain.chosen_halo(share)
         self.own, self.stress, self.move = share.own, slice(0, share.held), slice(0, share.held)
 
     def find(self, look: Callable[[np.ndarray | None], Sights], place: np.ndarray, reach: float) -> Sights:
         """What particles see, where a `look` gives that of some of them (n,) bool, or of all: nothing beyond a `reach` from
-        their `place` (n, dim). All processes find it together. Raises Outgrown where one does not hold all of it."""
+        their `place` (n, dim). All processes find it together. Raises Anew where one does not hold all of it."""
         if self._share.complete:
             return look(None)
         mine = marked(self._share.held, self.own)
@@ -80,10 +81,18 @@ class Near:
         self._beyond.refuse(place, stress, reach)
         rest = look(stress & ~mine)
         found = [(_with(a, b, self.own.start), parent) for (a, parent), (b, _) in zip(first, rest, strict=True)]
+        self._pairs = np.sum([np.diff(host(pairs.offsets)) for pairs, _ in found], 0)
         move = seen_by(stress, found)
         self.stress, self.move = _range(stress), _range(move)
         self.halo.choose(np.flatnonzero(move & ~mine))
         return found
+
+    def refuse_uneven(self) -> None:
+        """Raise Anew in all processes where the body is to be cut anew, by the pairs that were found last."""
+        if self._evenness is not None:
+            own, seen = self._pairs[self.own].sum(), self._pairs[self.stress].sum()
+            # Two launches of three are over all whose stress it finds.
+            self._evenness.refuse(self._pairs[self.own], (own + 2.0 * seen) / 3.0)
 
 
 def _range(rows: np.ndarray) -> slice:

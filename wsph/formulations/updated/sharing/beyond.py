@@ -13,19 +13,11 @@ import numpy as np
 
 from wsph.backend.arrays import host
 from wsph.backend.domain import Domain, Share
+from wsph.formulations.updated.sharing.anew import Anew, Remade
 from wsph.sph.pairs import Pairs, find_pairs
 
 NONE = (2**31, -(2**31))
 """Layers of nothing."""
-
-
-class Outgrown(Exception):
-    """A body is to be made anew in all processes that share it, each with at least some `layers` around it, from one up to
-    another; its state is as it was."""
-
-    def __init__(self, body: str, layers: tuple[int, int]):
-        super().__init__(f"body {body!r}: particles came near that this process does not hold")
-        self.body, self.layers = body, layers
 
 
 @dataclass(frozen=True)
@@ -42,7 +34,7 @@ class Beyond:
     device: str
 
     def refuse(self, place: np.ndarray, seeing: np.ndarray, reach: float) -> None:
-        """Raise Outgrown in all processes where one does not hold all that its own particles see within `reach`, and that
+        """Raise Anew in all processes where one does not hold all that its own particles see within `reach`, and that
         these and other `seeing` ones (n,) bool see. All are at `place` (n, dim)."""
         missing = self._missing(place, seeing, reach)
         (first, last), (begin, end), (low, high) = missing, self.around, self.layers
@@ -52,7 +44,7 @@ class Beyond:
             last + 2 + (end - high) // 2 if last >= end else end,
         )
         if self.domain.max(np.array([missing != NONE], np.int64))[0]:
-            raise Outgrown(self.body, wanted)
+            raise Anew(self.body, Remade(wanted))
 
     def _missing(self, place: np.ndarray, seeing: np.ndarray, reach: float) -> tuple[int, int]:
         """The first and the last layer of what is missing."""
