@@ -92,7 +92,7 @@ def _passed_on(future: Future[T], task: Task) -> None:
 
 
 def _dropped(task: Task, future: Future[T]) -> None:
-    """Have Dask forget a task whose future was cancelled. What runs already it cannot end."""
+    """Have Dask forget a task whose future was cancelled: what runs already sees that (`wsph.accuracy.running.wanted`)."""
     if future.cancelled():
         task.cancel()
 
