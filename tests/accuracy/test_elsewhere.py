@@ -270,7 +270,7 @@ def test_an_interrupt_keeps_the_best_row_and_drops_what_has_been_sent(tmp_path: 
 
 
 def test_a_row_that_nobody_waits_for_ends_where_it_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elsewhere, "LOOK_SECONDS", 0.05)
+    monkeypatch.setattr("wsph.accuracy.running.wanted.LOOK_SECONDS", 0.05)
     begun, ended = threading.Event(), list[wsph.Result]()
 
     def started(*arguments: Any, **keys: Any) -> wsph.Result:

@@ -117,15 +117,19 @@ ENDLESS = {"run": {"end": 1e6}, "checkpoint": {"every": 20, "final": True}}
 
 @needs_mpi
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds processes in /proc")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, None), (signal.SIGTERM, 130)])
-def test_a_process_that_is_killed_or_asked_to_end_ends_all(tmp_path: Path, number: int, code: int | None) -> None:
+@pytest.mark.parametrize(
+    ("number", "rank", "code"), [(signal.SIGKILL, 1, None), (signal.SIGTERM, 1, 130), (signal.SIGUSR1, None, 130)]
+)
+def test_a_process_that_is_killed_or_asked_to_end_ends_all(
+    tmp_path: Path, number: int, rank: int | None, code: int | None
+) -> None:
     out = tmp_path / "out"
     process = started(written(tmp_path, **ENDLESS), out)
     try:
         wait_for("checkpoints/checkpoint_????????????.npz", out)
         ranks = ranks_of(process)
         assert len(ranks) == 3
-        os.kill(ranks[1], number)
+        os.kill(process.pid if rank is None else ranks[rank], number)
         said = process.communicate(timeout=SOON)[1]
     finally:
         process.kill()

@@ -186,13 +186,14 @@ def test_what_is_broken_and_what_touches_are_kept(part: str, tmp_path: Path) -> 
     assert files(tmp_path / "straight") == files(tmp_path / "resumed")
 
 
-def test_an_interrupt_leaves_a_checkpoint_and_resuming_ends_the_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+def test_an_interrupt_leaves_a_checkpoint_and_resuming_ends_the_run(tmp_path: Path, number: int) -> None:
     scene = block(dt=0.02)
     straight = wsph.run(scene, tmp_path / "straight")
 
     def stop(step: int, steps: int, time: float) -> None:
         if step >= 20:
-            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(number)
 
     cut = wsph.run(scene, tmp_path / "cut", throw=False, progress=stop)
     assert cut.status == "interrupted"

@@ -9,20 +9,27 @@ import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.accuracy.test_elsewhere import same
 from tests.accuracy.test_search import PROBE, TOML, vibrating
 from tests.ranks.launch import MPIEXEC, command, environment, launched, needs_mpi
 from wsph.accuracy.accurate import accurate
+from wsph.accuracy.planning.watch import Due
+from wsph.accuracy.running.elsewhere import _made, _versions
 from wsph.accuracy.running.task import Lost
 from wsph.cli import main
 from wsph.study.cluster import _passed_on, executor_at
+from wsph.study.fitting.curves import computed
+from wsph.study.plan import Planned
+from wsph.study.rows import make
 from wsph.study.runs import run_study
-from wsph.study.tables import load_study
+from wsph.study.tables import Study, load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMES = {"seconds", "cpu_seconds", "wall_seconds", "joules"}
@@ -126,6 +133,65 @@ def test_a_search_goes_on_when_a_worker_of_dask_is_killed(scheduler: str, tmp_pa
     assert main([*search, str(tmp_path / "file"), "--scheduler", scheduler]) == 0
     assert main([*search, str(tmp_path / "one")]) == 0
     same(tmp_path / "one", tmp_path / "file")
+
+
+def at_work(scheduler: str) -> int:
+    """Tasks that its workers are at, whether or not anybody waits for them."""
+    from distributed import Client
+
+    with Client(scheduler, set_as_default=False) as client:
+        return sum(client.run(lambda dask_worker: len(dask_worker.state.tasks)).values())
+
+
+def wait_until(scheduler: str, count: int, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while (found := at_work(scheduler)) != count:
+        assert time.monotonic() < end, f"{found} tasks after {seconds} s, not {count}"
+        time.sleep(0.2)
+
+
+ENDLESS = vibrating().with_(end=1e7)
+CALLS = {
+    "row": partial(make, Study(schema=1, scene=""), Path(), Planned("one", {}, ENDLESS), threads=1, alone=False),
+    "fit": partial(computed, ["p.velocity_x"], np.array([0.0, 1.0]), ENDLESS),
+    "search": partial(_made, ENDLESS, Due(), 0.0, None, _versions(ENDLESS)),
+}
+
+
+@needs_dask
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize("call", CALLS)
+def test_a_worker_of_dask_ends_what_nobody_waits_for(scheduler: str, call: str) -> None:
+    workers(scheduler)
+    with executor_at(scheduler) as executor:
+        assert executor is not None
+        future = executor.submit(CALLS[call])
+        wait_until(scheduler, 1, 30.0)
+        time.sleep(1.0)  # it is at its steps, or before them
+        assert at_work(scheduler) == 1
+        future.cancel()
+        wait_until(scheduler, 0, 20.0)
+        assert executor.submit(os.getpid).result(20.0)
+
+
+@needs_dask
+@pytest.mark.filterwarnings("default")
+def test_an_interrupted_study_leaves_the_workers_of_dask_free(scheduler: str, tmp_path: Path) -> None:
+    import tomli_w
+
+    workers(scheduler)
+    (tmp_path / "bar.toml").write_text(tomli_w.dumps(ENDLESS.data()))
+    (tmp_path / "study.toml").write_text('schema = 1\nscene = "bar.toml"\n[grid]\n"run.cfl" = [0.3, 0.4, 0.5]\n')
+    words = ["-m", "wsph", "study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "out"), "--scheduler", scheduler]
+    process = subprocess.Popen([sys.executable, *words], stderr=subprocess.PIPE, text=True, env=environment(), cwd=ROOT)
+    try:
+        wait_until(scheduler, 3, 60.0)
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=30.0)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 130, said
+    wait_until(scheduler, 0, 20.0)
 
 
 def test_a_result_that_cannot_be_fetched_is_told_and_not_waited_for() -> None:

@@ -140,7 +140,7 @@ def test_a_dry_run_tells_the_work_and_runs_nothing(tmp_path: Path, capsys: pytes
     path = tmp_path / "study.toml"
     path.write_text(f'schema = 1\nscene = "{EXAMPLES / "shock_bar.toml"}"\n[grid]\n"run.cfl" = [0.5, 1.0, 2.0]\n')
     with monkeypatch.context() as m:
-        m.setattr("wsph.study.rows.run", lambda *_, **__: pytest.fail("a run was made"))
+        m.setattr("wsph.accuracy.running.wanted.run", lambda *_, **__: pytest.fail("a run was made"))
         assert main(["study", str(path), "-o", str(tmp_path / "out"), "--dry-run"]) == 0
     said = capsys.readouterr().out
     assert "scene: run.cfl = 0.5: 101 particles, 400 steps, 800 right-hand sides, 3.2e+05 pair visits" in said

@@ -85,7 +85,7 @@ def test_an_interrupt_ends_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     loaded, scene = load_study(study(tmp_path))
     interrupted = run(scene, end=1e-4)
     interrupted.status = "interrupted"
-    monkeypatch.setattr("wsph.study.rows.run", lambda *_, **__: interrupted)
+    monkeypatch.setattr("wsph.accuracy.running.wanted.run", lambda *_, **__: interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_study(loaded, scene, tmp_path)
 
@@ -162,7 +162,7 @@ def test_a_reference_at_fault_is_named_before_anything_runs(tmp_path: Path, each
     content, message = REFERENCES[each]
     if content is not None:
         (tmp_path / "r.csv").write_text(content)
-    monkeypatch.setattr("wsph.study.rows.run", lambda *_, **__: pytest.fail("a run was made"))
+    monkeypatch.setattr("wsph.accuracy.running.wanted.run", lambda *_, **__: pytest.fail("a run was made"))
     assert main(["study", str(study(tmp_path, BAR)), "-o", str(tmp_path / "out")]) == 2
     assert re.search(message, capsys.readouterr().err)
     assert not (tmp_path / "out").exists()
@@ -206,7 +206,7 @@ def test_a_study_is_never_written_over_and_goes_on(tmp_path: Path, capsys: pytes
             raise KeyboardInterrupt
         return run(scene, **keys)
 
-    monkeypatch.setattr("wsph.study.rows.run", counted)
+    monkeypatch.setattr("wsph.accuracy.running.wanted.run", counted)
     again = ["study", str(path), "-o", str(out), "--workers", "1"]
     assert main(again) == 130
     assert f"interrupted; rows that are complete are in {out}: go on with --resume" in capsys.readouterr().err

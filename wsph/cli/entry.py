@@ -28,6 +28,7 @@ from wsph.cli.commands.study import STUDY
 from wsph.cli.commands.validate import VALIDATE
 from wsph.cli.commands.view import VIEW
 from wsph.errors import Unstable, WsphError, is_out_of_memory
+from wsph.output.interrupts import NAMES
 from wsph.ranks.world import speaks
 
 COMMANDS = (RUN, CHECK, ADVISE, NEW, LIST, SCHEMA, VALIDATE, STUDY, CALIBRATE, VIEW, CITE, INFO, COMPLETION)
@@ -40,10 +41,13 @@ LONGEST = 2000
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     # First of all: an interrupt while Python still imports is to be none of its tracebacks.
-    for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+    for name in NAMES:
         number = getattr(signal, name, None)
-        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):  # as of nohup
-            signal.signal(number, signal.default_int_handler)
+        if number is None or (
+            name in ("SIGHUP", "SIGUSR1") and signal.getsignal(number) is signal.SIG_IGN
+        ):  # as of nohup
+            continue
+        signal.signal(number, signal.default_int_handler)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed before the program began
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115

@@ -13,33 +13,52 @@ if TYPE_CHECKING:
     from wsph.backend.domain import Domain
 
 LAUNCHERS = {
-    "OMPI_COMM_WORLD_SIZE": "Open MPI",
-    "PMI_SIZE": "MPICH or Intel MPI",
-    "SLURM_STEP_NUM_TASKS": "srun",
+    "OMPI_COMM_WORLD_SIZE": "OMPI_COMM_WORLD_RANK",
+    "PMI_SIZE": "PMI_RANK",
+    "SLURM_STEP_NUM_TASKS": "SLURM_PROCID",
 }
-"""Variables in which launchers say how many processes they have started. A job script of SLURM is a step of one task, in
-which SLURM_NTASKS says what could be started: it is not asked."""
+"""Variables in which launchers say how many processes they have started, and those in which they say which of them a process
+is: mpiexec of Open MPI; of MPICH or Intel MPI, and srun that speaks their language; srun. The first that is there counts: by
+srun an mpiexec starts one of its own on each node of a job, and the processes that this starts have the variables of both.
+A job script of SLURM is a step of one task, in which SLURM_NTASKS says what could be started: it is not asked."""
 
 
-RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
-"""Variables in which they say which of them a process is."""
+def _launcher(environment: Mapping[str, str]) -> tuple[int, int]:
+    """How many processes the launcher has started, and which of them this is."""
+    for size, rank in LAUNCHERS.items():
+        if (count := environment.get(size, "")).isdigit():
+            place = environment.get(rank, "")
+            return max(int(count), 1), int(place) if place.isdigit() else 0
+    return 1, 0
 
 
 def speaks(environment: Mapping[str, str] = os.environ) -> bool:
     """Whether this process is the one, of those that were started together, that prints what all have to say."""
-    return started(environment) == 1 or all(environment.get(name, "0") == "0" for name in RANKS)
+    return _launcher(environment)[1] == 0
 
 
 def started(environment: Mapping[str, str] = os.environ) -> int:
     """Processes that were started together with this one, itself included."""
-    counts = [environment.get(name, "") for name in LAUNCHERS]
-    return max((int(count) for count in counts if count.isdigit()), default=1)
+    return _launcher(environment)[0]
 
 
 def refuse_copies(what: str) -> None:
     """Raise Refused where several processes would each do the same."""
     if (count := started()) > 1:
         raise Refused(f"{what} was started {count} times together: start it once, without mpiexec or srun")
+
+
+def refuse_strangers(joined: int) -> None:
+    """Raise Refused where the processes that were started together are not those that MPI has `joined`."""
+    if (count := started()) == joined:
+        return
+    why = "mpiexec is of another MPI than the one that mpi4py has found"
+    if os.environ.get("SLURM_STEP_NUM_TASKS") == str(count) and "OMPI_COMM_WORLD_SIZE" not in os.environ:
+        why = (
+            "srun and MPI do not speak the same language: give srun --mpi=pmix for Open MPI, --mpi=pmi2 for MPICH and Intel"
+            " MPI, of those that srun --mpi=list names, or start mpiexec in the job instead"
+        )
+    raise Refused(f"{count} processes were started together and MPI joins {joined} of them: {why}")
 
 
 def domain() -> "Domain":
@@ -64,9 +83,5 @@ def domain() -> "Domain":
 
     comm = MPI.COMM_WORLD  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
     found = Ranks(comm)  # pyright: ignore[reportUnknownArgumentType]
-    if found.size != count:
-        raise Refused(
-            f"{count} processes were started together and MPI joins {found.size} of them: mpiexec is of another MPI than the one that"
-            " mpi4py has found"
-        )
+    refuse_strangers(found.size)
     return found

@@ -16,6 +16,7 @@ from typing import ParamSpec, Protocol, TypeVar, cast
 
 from wsph.accuracy.running.task import Lost
 from wsph.errors import Refused
+from wsph.ranks.world import refuse_strangers
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -91,7 +92,7 @@ def _passed_on(future: Future[T], task: Task) -> None:
 
 
 def _dropped(task: Task, future: Future[T]) -> None:
-    """Have Dask forget a task whose future was cancelled. What runs already it cannot end."""
+    """Have Dask forget a task whose future was cancelled: what runs already sees that (`wsph.accuracy.running.wanted`)."""
     if future.cancelled():
         task.cancel()
 
@@ -104,9 +105,11 @@ def executor_at(scheduler: str | None) -> Generator[Executor | None]:
         yield None
     elif scheduler == MPI:
         try:
+            from mpi4py import MPI as mpi
             from mpi4py.futures import MPIPoolExecutor
         except (ImportError, RuntimeError) as error:
             raise Refused(f"--scheduler mpi: {error}: install wsph[mpi]") from error
+        refuse_strangers(mpi.COMM_WORLD.Get_size())
         with MPIPoolExecutor() as pool:
             if pool.num_workers < 1:
                 raise Refused(

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from wsph.accuracy.running.wanted import run_for_whom_waits
 from wsph.errors import Fault, Refused, SceneError
 from wsph.simulation.result import Result
-from wsph.simulation.run import run
 from wsph.study.energy import EnergyMeter
 from wsph.study.plan import Planned
 from wsph.study.tables import Study
@@ -31,18 +31,16 @@ class Made:
 def make(study: Study, folder: Path, planned: Planned, threads: int | None = None, alone: bool = True) -> Made:
     """Make one run, with `threads` threads where the scene leaves their number open. What is refused or unstable is a row
     that says so. `folder` has the reference's file. `alone`: no other run takes the machine's energy meanwhile. Raises
-    SceneError for columns that the run does not have, KeyboardInterrupt."""
+    SceneError for columns that the run does not have, KeyboardInterrupt, and Lost on a worker that nobody waits for."""
     scene = planned.scene
     if threads is not None and scene.run.threads == 0:
         scene = scene.with_(threads=threads)
     row: Row = {"variant": planned.variant, **{key: _cell(value) for key, value in planned.place.items()}}
     meter, cpu = EnergyMeter(), time.process_time()
     try:
-        result = run(scene, throw=False)
+        result = run_for_whom_waits(scene)
     except Refused as error:
         return Made(row | {"status": "refused", "reason": str(error).splitlines()[0]})
-    if result.status == "interrupted":
-        raise KeyboardInterrupt
     row |= _cost(result) | {"cpu_seconds": time.process_time() - cpu, "joules": meter.joules if alone else None}
     if result.status != "completed":
         return Made(row)

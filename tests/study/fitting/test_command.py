@@ -93,7 +93,7 @@ def test_a_body_from_a_file_has_no_ladder(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_faults_come_before_any_run(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     scene, data = files(tmp_path, bar(8), np.ones((2, len(TIMES))))
-    monkeypatch.setattr("wsph.study.fitting.curves.run", lambda *_, **__: pytest.fail("a run was made"))
+    monkeypatch.setattr("wsph.accuracy.running.wanted.run", lambda *_, **__: pytest.fail("a run was made"))
     for free, message in (
         ([], "nothing to fit: give --free"),
         (["--free", "bodies.0.material.youngs_modulu=1..2 GPa"], "youngs_modulu: unknown key"),

@@ -26,6 +26,7 @@ from wsph.accuracy.planning.cost import composed
 from wsph.accuracy.planning.watch import Due, Watch
 from wsph.accuracy.running.order import Order, Ran, Unfit, timed
 from wsph.accuracy.running.task import Lost, Task
+from wsph.accuracy.running.wanted import Wanted
 from wsph.doubts import doubt
 from wsph.errors import OutputError, Refused
 from wsph.output.files import write_text
@@ -36,9 +37,6 @@ from wsph.simulation.summary import plugins_of
 
 GRACE = 5.0
 """How much later than it has to end a row may come back [s]."""
-
-LOOK_SECONDS = 1.0
-"""Time between two looks of a worker at whether anybody waits for its row [s]."""
 
 _Made = tuple[Ran, Path | None]
 """A row, and the folder that it is in."""
@@ -111,19 +109,6 @@ class Elsewhere:
         return Task(self._executor, made)
 
 
-class _Wanted:
-    """Whether the word of a search still stands; looked at now and then."""
-
-    def __init__(self, word: Path | None):
-        self._word, self._looked, self._gone = word, time.monotonic(), False
-
-    def gone(self) -> bool:
-        now = time.monotonic()
-        if self._word is not None and now - self._looked > LOOK_SECONDS:
-            self._looked, self._gone = now, not self._word.exists()
-        return self._gone
-
-
 def _versions(scene: Scene) -> dict[str, str]:
     """Of what the bits of a row follow from, as far as it has one."""
     return {"wsph": version("wsph"), "Warp": version("warp-lang"), **plugins_of(scene)}
@@ -145,7 +130,7 @@ def _made(scene: Scene, due: Due, begun: float, word: Path | None, versions: dic
                 " are run: choose with -o a folder that all workers share; from Python rows need none"
             )
         out = Path(tempfile.mkdtemp(dir=word.parent))
-    watch, wanted = Watch(due, begun, clock=time.time), _Wanted(word)
+    watch, wanted = Watch(due, begun, clock=time.time), Wanted(word)
 
     def enough() -> bool:
         return watch.late() or wanted.gone()

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from wsph.accuracy.running.wanted import run_for_whom_waits
 from wsph.errors import Fault, Refused, SceneError
 from wsph.scene.scene import Scene
-from wsph.simulation.run import run
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,8 @@ class Sample:
 
 def computed(names: Sequence[str], times: np.ndarray, scene: Scene) -> Sample:
     """The columns of a run at some times [s], linear between its records. Raises Refused where it does not come to its end,
-    SceneError for a column that it does not have, KeyboardInterrupt."""
-    result = run(scene, throw=False)
-    if result.status == "interrupted":
-        raise KeyboardInterrupt
+    SceneError for a column that it does not have, KeyboardInterrupt, and Lost on a worker that nobody waits for."""
+    result = run_for_whom_waits(scene)
     if result.failure is not None:
         raise Refused(f"a run of the fit did not come to its end: {result.reason}: narrow the bounds")
     recorded = result.recorded()
