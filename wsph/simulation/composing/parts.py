@@ -36,10 +36,6 @@ def slabs_of(
     return found
 
 
-COPIED = 0.2
-"""The work on a copy of two sets, in those on a particle of its own: what its own see, of eight layers."""
-
-
 @dataclass(frozen=True)
 class Part:
     """What a process has of a body: particles of its own, copies that it is told of, in so many numbers (`sent`), what it
@@ -54,12 +50,12 @@ class Part:
 
 def part_of(system: System, slab: Slab) -> Part:
     """What a process with a slab of a body would have."""
+    slab = system.holding(slab)
     share = slab.nodes if system.count == slab.nodes.whole else slab.cells
     own, worked = share.high - share.low, system.count * slab.work / float(system.geometry.counts.visits.sum())
     sight = system.sight(slice(share.low, share.high), share.window)
     if sight is None:
         copies, nbytes = share.held - own, system.nbytes / system.count * share.held
-        done = worked if system.traits.one_set else own + COPIED * copies
-        return Part(own, copies, copies * system.told, done, nbytes)
+        return Part(own, copies, copies * system.told, worked, nbytes)
     copies = sight.moved - own
     return Part(own, copies, copies * system.told, worked, system.nbytes - sight.spared)
