@@ -42,13 +42,13 @@ def between(nodes: np.ndarray) -> np.ndarray:
 class Reach:
     """What a process needs of a body around what it owns: it holds so many `layers` more, and works on them. `joined`:
     particles are their own points. `stressed`: of a body that every process holds all of, layers more in which it finds the
-    stress; it works on no others. `visited`: of launches of as many pairs each, the layers beyond its own that each is over;
-    where there are none they are over all that it holds."""
+    stress; it works on no others. `seen`: of two sets of particles, the layers of points that one of its own sees on either
+    side; it works on its own particles and on the points that these see."""
 
     layers: int
     joined: bool
     stressed: int | None = None
-    visited: tuple[int, ...] = ()
+    seen: int | None = None
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,12 @@ class Places:
             seen = np.maximum(low - reach.stressed, 0), np.minimum(high + 1 + reach.stressed, layers)
             sees = np.minimum(first, seen[0]), np.maximum(last, seen[1])
             opened, closed = ((own + 2.0 * visits[each]) / 3.0 for each in sees)
-        if reach.visited:
-            opened, closed = _visited(np.interp(behind, points, visits), visits, (low, high + 1), reach.visited)
+        if reach.seen is not None:  # one launch of two is over its own particles, the other over points that they see
+            along, own = np.interp(cuts, nodes, np.arange(layers + 2)), np.interp(behind, points, visits)
+            at = np.arange(layers + 1)
+            mine = np.interp(along * layers / (layers + 1), at, visits)
+            opened = 0.5 * (mine + np.minimum(own, np.interp(along - reach.seen, at, visits)))
+            closed = 0.5 * (mine + np.maximum(own, np.interp(along + reach.seen - 1, at, visits)))
         return cls(cuts, behind, first, last, opened, closed)
 
     def even(self, loads: np.ndarray) -> np.ndarray | None:
@@ -132,18 +136,6 @@ class Places:
 def _layers(before: np.ndarray, cuts: np.ndarray) -> Sequence[np.ndarray]:
     """The layers of the rows behind some cuts, and before them, where layers have so many rows `before` them."""
     return [np.searchsorted(before, rows, side="right") - 1 for rows in (cuts, cuts - 1)]
-
-
-def _visited(
-    own: np.ndarray, visits: np.ndarray, ends: tuple[np.ndarray, np.ndarray], beyond: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The means over launches of the visits (p,) before a part that begins with its `own` (p,), and before one that ends
-    there: each is over so many layers beyond the `ends` of what that owns, of which the whole has `visits` (l + 1,)
-    before."""
-    last = len(visits) - 1
-    opened = [visits[np.maximum(ends[0] - more, 0)] if more else own for more in beyond]
-    closed = [visits[np.minimum(ends[1] + more, last)] if more else own for more in beyond]
-    return np.mean(opened, 0), np.mean(closed, 0)
 
 
 def _up_to(values: np.ndarray, most: float) -> int:

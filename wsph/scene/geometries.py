@@ -123,7 +123,7 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> Reach:
     moved = 2.0 * body.jitter
     if not traits.one_set:
         widened = 1.0 if traits.small_strain or scene.dim == 1 else 1.5
-        return Reach(1, joined=True, visited=(0, _steps(widened * support + moved + 0.5)))
+        return Reach(1, joined=True, seen=_steps(widened * support + moved + 0.5))
     if not traits.pairwise:
         # Damage spreads from points to points, of which its own may be a layer beyond its own particles.
         seen = max(support, ALONE) + moved
