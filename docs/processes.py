@@ -38,8 +38,8 @@ def shares() -> list[str]:
     many = [row["particles"] / 1000 for each in found.values() for row in each.values()]
     rows += [
         "",
-        f"(3D, f64, elastic, {min(many):.0f} to {max(many):.0f} thousand particles, stress points but for a box along edges and"
-        " one whose pairs follow the motion; a bar with holes at one end, one half as thick in its second half, one of a mesh that"
+        f"(3D, f64, elastic, {min(many):.0f} to {max(many):.0f} thousand particles, stress points but for boxes along edges, one whose"
+        " pairs follow the motion and two of two sets, `tsph` and `ul-tsph`; a bar with holes at one end, one half as thick in its second half, one of a mesh that"
         " gets finer. The least of turns of `mpiexec -n N python tests/benchmarks/shares.py`.)",
     ]
     return rows

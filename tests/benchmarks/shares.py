@@ -1,10 +1,11 @@
 """How even the shares are that processes have of bodies of several shapes, cut by work and, to compare, by particles.
 
     mpiexec --oversubscribe -n N python tests/benchmarks/shares.py [SHAPE ...] [--turns 20] [--json docs/shares.json]
+        [--law mises] [--precision f32] [--listed 3]
 
 Prints a line of JSON for each shape: the pairs that the process with most of them visits in a right-hand side, over the mean
 of all, and so the CPU time of the slowest in its launches, without messages: the least of turns of some steps, which need
-no quiet cores. `--json` puts them into a file beside those of other numbers of processes.
+no quiet cores. `--json` puts them into a file beside those of others.
 """
 
 import argparse
@@ -23,6 +24,7 @@ from ranks import Waiting, scene
 from wsph.backend.domain import Domain
 from wsph.backend.reduce import BLOCK
 from wsph.geometry.cells import LISTED
+from wsph.geometry.meshes import meshed
 from wsph.ranks import world
 from wsph.ranks.cuts import Places
 from wsph.simulation.compose import compose
@@ -63,19 +65,36 @@ SHAPES: dict[str, Callable[[float], list[Table]]] = {
     "box": lambda a: [box(4.0 * a, a, a)],
     "along edges": lambda a: [box(4.0 * a, a, a)],
     "moving": lambda a: [box(4.0 * a, a, a)],
+    "two sets": lambda a: [box(4.0 * a, a, a)],
+    "two sets moving": lambda a: [box(4.0 * a, a, a)],
 }
 """Bodies along x, by the length of their shorter sides in cells, a multiple of 4. The drilled one has holes at one end."""
 
-FORMS = {"along edges": "total-lagrangian", "moving": "updated-lagrangian"}
+FORMS = {
+    "along edges": "total-lagrangian",
+    "moving": "updated-lagrangian",
+    "two sets": "tsph",
+    "two sets moving": "ul-tsph",
+}
+
+LAWS: dict[str, Table] = {
+    "elastic": {},
+    "mises": {"model": "mises", "yield_stress": 1e-3},
+    "neo-hookean": {"model": "neo-hookean"},
+    "jaumann": {"model": "jaumann"},
+}
 
 
-def composed(name: str, side: int, folder: Path, domain: Domain) -> Composition:
+def composed(name: str, options: argparse.Namespace, folder: Path, domain: Domain) -> Composition:
+    side = options.side
     shapes = SHAPES[name](float(side))
     body = {"shape": shapes[0]} if len(shapes) == 1 else {
         "shape": {"type": "difference" if name == "drilled" else "union", "shapes": shapes}
     }  # fmt: skip
     body = body if shapes else tetrahedra(float(side), folder, domain)
-    made = compose(scene(side, side, 1, FORMS.get(name, "stress-points"), **body), domain)
+    law = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3} | LAWS[options.law]
+    told = scene(side, side, 1, FORMS.get(name, "stress-points"), **body | {"material": law})
+    made = compose(told.with_(precision=options.precision), domain)
     made.compile()
     made.program.run(2)
     return made
@@ -91,6 +110,9 @@ def by_particles(places: Places, loads: np.ndarray) -> np.ndarray:
 def visits(system: Any) -> float:
     """The pairs that a process visits, in those of rows of a grid; of particles that are their own points how many it works
     on."""
+    if not system.traits.one_set:
+        part = system._part
+        return sum(float(part.stepped[name].stop - part.stepped[name].start) for name in ("real", "virtual"))
     if system.formulation == "updated-lagrangian":
         near = system.rates.near
         return ((near.own.stop - near.own.start) + 2.0 * (near.stress.stop - near.stress.start)) / 3.0
@@ -99,7 +121,7 @@ def visits(system: Any) -> float:
     many, boxes = np.diff(system.geometry.rows.offsets), system.geometry.boxes
     if boxes is None:
         return 2.0 * float(many.sum())
-    others = 2.0 * LISTED * float(many[boxes.others(len(many))].sum())
+    others = 2.0 * meshed.LISTED * float(many[boxes.others(len(many))].sum())
     return others + boxes.corners.shape[1] * float(len(boxes.corners) + len(boxes.index))
 
 
@@ -109,14 +131,14 @@ def uneven(domain: Domain, mine: float) -> float:
     return float(every.max() / every.mean())
 
 
-def shares(name: str, side: int, turns: int, folder: Path, domain: Domain, waiting: Waiting) -> Table:
+def shares(name: str, options: argparse.Namespace, folder: Path, domain: Domain, waiting: Waiting) -> Table:
     """What is uneven, of both cuts."""
     even, made = Places.even, {}
     for cut, way in (("particles", by_particles), ("work", even)):
         Places.even = way  # type: ignore[method-assign,assignment]
-        made[cut] = composed(name, side, folder, domain)
+        made[cut] = composed(name, options, folder, domain)
     times: dict[str, list[float]] = {cut: [] for cut in made}
-    for _ in range(turns):
+    for _ in range(options.turns):
         for cut, each in made.items():
             began, waited = time.thread_time(), waiting.seconds
             each.program.run(STEPS)
@@ -141,21 +163,26 @@ def main() -> None:
     parser.add_argument("shapes", nargs="*", choices=[*SHAPES, []])
     parser.add_argument("--side", type=int, default=24)
     parser.add_argument("--turns", type=int, default=20)
+    parser.add_argument("--law", choices=LAWS, default="elastic")
+    parser.add_argument("--precision", default="f64")
+    parser.add_argument("--listed", type=float, default=LISTED)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     wp.config.quiet = True
+    meshed.LISTED = options.listed
     domain, waiting, found = world.domain(), Waiting(), {}
     with tempfile.TemporaryDirectory() as own:
         folder = domain.told(lambda: Path(own))
         for name in options.shapes or SHAPES:
-            row = shares(name, options.side, options.turns, folder, domain, waiting)
+            row = shares(name, options, folder, domain, waiting)
             found[name] = {k: [round(x, 3) for x in v] if isinstance(v, list) else v for k, v in row.items()}
             if domain.rank == 0:
                 print(json.dumps({name: found[name]}), flush=True)
         if domain.rank == 0 and options.json:
             known = json.loads(options.json.read_text()) if options.json.exists() else {}
-            options.json.write_text(written(known | {str(domain.size): found}))
+            size = str(domain.size)
+            options.json.write_text(written(known | {size: known.get(size, {}) | found}))
         domain.told(lambda: None)
 
 

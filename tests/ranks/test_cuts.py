@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from tests.ranks.shared_cases import CRACKS, HOLE, UPDATED, scene
+from tests.ranks.shared_cases import CRACKS, HOLE, UPDATED, scene, two_sets
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.reduce import BLOCK
@@ -22,6 +22,7 @@ from wsph.geometry.meshes.scattered import Scattered, crowd, scattered
 from wsph.geometry.meshes.sides import outer_sides
 from wsph.ranks.cuts import Counts, Places, Reach
 from wsph.ranks.slabs import TooFew, slabs, work_of
+from wsph.simulation.compose import compose
 from wsph.simulation.composing.parts import slabs_of
 from wsph.simulation.composing.setting import bare_bodies, materials_of, method_of
 from wsph.validation import meshes
@@ -38,7 +39,10 @@ def drawn(seed: int) -> tuple[Counts, np.ndarray]:
     return Counts(nodes, points, points * rng.uniform(1.0, 9.0, 25)), rng.uniform(0.0, 9e3, 3) * (seed % 2)
 
 
-@pytest.mark.parametrize("reach", [Reach(1, joined=False), Reach(3, joined=True), Reach(1, joined=True, stressed=2)])
+@pytest.mark.parametrize(
+    "reach",
+    [Reach(1, joined=False), Reach(3, joined=True), Reach(1, joined=True, stressed=2), Reach(1, joined=True, seen=1)],
+)
 @pytest.mark.parametrize("seed", range(6))
 def test_no_cuts_leave_the_largest_share_of_the_work_smaller(seed: int, reach: Reach) -> None:
     body, loads = drawn(seed)
@@ -99,9 +103,9 @@ BODIES: dict[str, tuple[Callable[[], Geometry], Reach, float]] = {
         0.05,
     ),
     "tetrahedra": (solid, Reach(1, joined=False), 0.1),
-    "points": (crowded, Reach(8, joined=True), 0.06),
+    "points": (crowded, Reach(6, joined=True), 0.06),
     "stepped": (lambda: lattice(shape(type="union", shapes=STEP), 1.0), Reach(1, joined=False), 0.05),
-    "box": (lambda: lattice(shape(**box(60.0, 20.0, 20.0)), 1.0), Reach(8, joined=True), 0.06),
+    "box": (lambda: lattice(shape(**box(60.0, 20.0, 20.0)), 1.0), Reach(5, joined=True), 0.06),
 }
 """Bodies, what their processes need around what they own, and by how much of the mean the largest share is to be more."""
 
@@ -195,6 +199,30 @@ def test_a_check_knows_the_cuts_of_a_run(name: str, size: int) -> None:
             assert (split.layers, split.around) == (slab.layers, wide.layers)
             shares, own = (split.nodes, split.points), (slab.nodes, slab.cells)
             assert [(s.low, s.high) for s in shares] == [(s.low, s.high) for s in own]
+
+
+SETS = {
+    "held": lambda: two_sets(),
+    "moving": lambda: two_sets(moves=True, body={"jitter": 0.1, "cracks": CRACKS[:1]}),
+    "solid": lambda: two_sets(3, moves=True, run={"support": 1.8}),
+    "bar": lambda: two_sets(1),
+}
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_of_two_sets_a_process_holds_what_its_steps_read(name: str) -> None:
+    made = SETS[name]().with_(probes=[])
+    method, size = method_of(made), 3
+    whole = compose(made).bodies[0].system
+    (slabs,) = slabs_of(made, [whole.geometry], method.formulation, size)
+    assert slabs is not None
+    beyond: list[float] = []
+    for slab, shared in zip(slabs, together(size, partial(compose, made)), strict=True):
+        split, expected = shared.bodies[0].system.geometry.split, whole.holding(slab)
+        assert (split.nodes, split.points) == (expected.nodes, expected.cells)
+        layer = whole.geometry.node_layer[[split.nodes.low, split.nodes.high - 1]]
+        beyond += [layer[0] - split.layers[0], split.layers[1] - layer[1]]
+    assert max(beyond) == {"held": 3, "moving": 4, "solid": 5, "bar": 2}[name]
 
 
 def test_too_few_particles_are_refused_by_name() -> None:

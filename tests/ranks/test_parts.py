@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from wsph.formulations.updated.sharing.anew import Anew
 
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.domain import WHOLE, Share
 from wsph.boundary.loads.rows import whole_area
+from wsph.formulations.updated.sharing.anew import Anew
 from wsph.formulations.updated.sharing.beyond import Beyond
 from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of

@@ -53,9 +53,9 @@ def test_a_check_tells_what_is_shared_where_pairs_follow_the_motion() -> None:
 def test_a_check_tells_of_two_sets_that_states_are_sent() -> None:
     found = told(CASES["two sets"](), 2)
     assert found["particles"] == ["2048 to 2593 of its own each"]
-    # Eight layers and more of 51: v, sigma and u, 2 + 4 + 2 numbers of each.
+    # Two layers and more of 51: v, sigma and u, 2 + 4 + 2 numbers of each.
     copies = int(found["copies"][0].split()[2])
-    assert 8 * 51 <= copies < 10 * 51
+    assert 2 * 51 <= copies < 4 * 51
     assert found["messages"] == [f"{copies * 8 * 8 / 1024:.4g} kB a right-hand side, 1 of these a step"]
 
 

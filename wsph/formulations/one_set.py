@@ -43,7 +43,7 @@ from wsph.protocols import Entry
 from wsph.ranks.blocks import own_sum
 from wsph.ranks.kept import Piece
 from wsph.sph.around import Around
-from wsph.sph.averages import Averages, average, bounded_average, outward_weights
+from wsph.sph.averages import OUTWARDS, Averages, average, bounded_average, outward_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
@@ -426,12 +426,12 @@ class OneSetSystem(System):
             return values
         averaged = bounded_average if self.state.bounded(name) else average
         if self.domain.size > 1:
-            self._around = self._around or Around(self.geometry)
+            self._around = self._around or Around(self.geometry, OUTWARDS)
         return averaged(self._outwards, values) if self._around is None else self._around.averaged(values, averaged)
 
     @cached_property
     def _outwards(self) -> Weights:
-        return outward_weights(self.geometry, 1.2)
+        return outward_weights(self.geometry, OUTWARDS)
 
     def current_density(self) -> np.ndarray:
         """rho_0/J of every particle, (n,), nondimensional, J as frames have the deformation."""

@@ -24,6 +24,7 @@ from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
 from wsph.ranks.kept import Piece
+from wsph.ranks.slabs import Slab
 from wsph.reporting import Reported
 from wsph.sph.averages import Averages
 
@@ -277,6 +278,10 @@ class System:
         """What a process would work on that owns a range of the particles, and has the states of another right, of a body
         that is whole here; None where that is what it holds."""
         return None
+
+    def holding(self, slab: Slab) -> Slab:
+        """A slab of the body with all that a process would hold which has it."""
+        return slab
 
     def bring(self) -> None:
         """Bring what other processes own up to date, of particles that steps leave behind."""

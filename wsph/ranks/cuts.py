@@ -46,12 +46,15 @@ def between(nodes: np.ndarray) -> np.ndarray:
 class Reach:
     """What a process needs of a body around what it owns: it holds so many `layers` more, and works on them. `joined`:
     particles are their own points. `stressed`: of a body whose pairs follow the motion, layers more in which it finds the
-    stress; it works on no others. `beyond`: layers that it holds beyond those, for what comes near."""
+    stress; it works on no others. `beyond`: layers that it holds beyond those, for what comes near. `seen`: of two sets of
+    particles, the layers of points that one of its own sees on either side; it works on its own particles and on the points
+    that these see."""
 
     layers: int
     joined: bool
     stressed: int | None = None
     beyond: int = 0
+    seen: int | None = None
 
     def around(self, layers: tuple[int, int]) -> tuple[int, int]:
         """The layers that it holds around some."""
@@ -97,6 +100,12 @@ class Places:
             seen = np.maximum(low - reach.stressed, 0), np.minimum(high + 1 + reach.stressed, layers)
             sees = np.minimum(first, seen[0]), np.maximum(last, seen[1])
             opened, closed = ((own + 2.0 * visits[each]) / 3.0 for each in sees)
+        if reach.seen is not None:  # one launch of two is over its own particles, the other over points that they see
+            along, own = np.interp(cuts, nodes, np.arange(layers + 2)), np.interp(behind, points, visits)
+            at = np.arange(layers + 1)
+            mine = np.interp(along * layers / (layers + 1), at, visits)
+            opened = 0.5 * (mine + np.minimum(own, np.interp(along - reach.seen, at, visits)))
+            closed = 0.5 * (mine + np.maximum(own, np.interp(along + reach.seen - 1, at, visits)))
         return cls(cuts, behind, first, last, opened, closed)
 
     def even(self, loads: np.ndarray) -> np.ndarray | None:

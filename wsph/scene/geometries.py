@@ -31,8 +31,13 @@ from wsph.ranks.slabs import TooFew
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, MeshFile, PointsFile
 
-WIDEST = 2.25
-"""Of two sets: the support of a particle that has to see more than the others, over theirs."""
+ALONG_EDGES = 5
+"""Layers beyond its own that a particle along edges depends on: stress and gradient are averaged, four steps in all, and of
+volumes that are those of blocks of two there is one more."""
+
+ALONE = 1.31
+"""The support of a point that finds a kernel's too small, at most, half as much more at a time: with a little over half of
+the diagonal of a cell, .87, it sees the corners of its own."""
 
 STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
@@ -104,18 +109,34 @@ def support_of(scene: Scene, body: Body, formulation: Formulation) -> float:
 
 def reach_of(scene: Scene, body: Body, formulation: Formulation) -> Reach:
     """How many layers of cells away the acceleration of a particle depends on where others are. Points see the corners of
-    their cells; along edges gradients and stresses are averaged, so that there are four steps from one particle to the next,
-    and volumes may be of blocks of two; of a kernel there are two of its support. Of two sets each sees the other, both are
-    particles, and what is read of displacements at faces may look six layers far. Where pairs follow the motion it is what
-    particles see that counts: one layer is what loads on faces take, and twice what particles see of each other, with the
-    skin and a layer more, is held of the others, until more comes near."""
+    their cells; of a kernel there are two steps as long as its support, from a particle to points and from these to
+    particles, and along edges more. Where pairs follow the motion it is what particles see that counts: one layer is what
+    loads on faces take, and twice what particles see of each other, with the skin and a layer more, is held of the others,
+    until more comes near. Of two sets, both of which are particles, a process finds what it has to hold beyond one layer
+    (`wsph.formulations.taylor.set_up`): it steps its own of the one and what these see of the other, those at edges a little
+    more where they have to span all directions."""
     traits, support = formulation.traits, support_of(scene, body, formulation)
     if traits.pairs_follow:
         return Reach(1, traits.pairwise, math.floor(support), 2 * math.ceil(support) + 1)
     if traits.corners and not scene.run.kernel_by:
         return Reach(1, joined=False)
-    seen = support if traits.one_set else WIDEST * support
-    return Reach(max(8, 2 * math.ceil(seen)), traits.pairwise or not traits.one_set)
+    # Nodes, and so cells, have been moved towards each other.
+    moved = 2.0 * body.jitter
+    if not traits.one_set:
+        widened = 1.0 if traits.small_strain or scene.dim == 1 else 1.5
+        return Reach(1, joined=True, seen=_steps(widened * support + moved + 0.5))
+    if not traits.pairwise:
+        # Damage spreads from points to points, of which its own may be a layer beyond its own particles.
+        seen = max(support, ALONE) + moved
+        return Reach(_steps(seen + 0.5) + _steps(seen - 0.5) + 1, joined=False)
+    # Of points of a file two that are a step apart may be in layers that are one more.
+    apart = 2 * (_steps(support + moved) + (body.points is not None))
+    return Reach(apart if scene.run.kernel_by else max(apart, ALONG_EDGES), joined=True)
+
+
+def _steps(length: float) -> int:
+    """Whole steps that are shorter than a length in all [cells]."""
+    return math.ceil(length) - 1
 
 
 def refuse_misfits(scene: Scene, formulation: Formulation) -> None:

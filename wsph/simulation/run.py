@@ -72,7 +72,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
     stopped. `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps;
     True shows a bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable
-    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end
+    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT, SIGTERM and SIGUSR1 end
     the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
     `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
     write into one folder at a time, of whatever processes: the later is refused (OutputError).

@@ -8,22 +8,20 @@ from collections.abc import Callable
 import numpy as np
 
 from wsph.geometry.geometry import Geometry
-from wsph.sph.averages import FARTHEST, outward_weights
+from wsph.sph.averages import farthest, outward_weights
 from wsph.sph.weights import Weights
-
-LAYERS = math.ceil(FARTHEST)
-"""Layers beyond its own that they see."""
 
 
 class Around:
     """The part of a body that a process has, with as much around it as averages see. All processes make it, and average,
     together."""
 
-    def __init__(self, geometry: Geometry):
+    def __init__(self, geometry: Geometry, support: float):
+        """`support` in cells, as of `wsph.sph.averages.outward_weights`."""
         self._own = geometry.split
-        low, high = self._own.layers
-        wide = geometry.wider((low - LAYERS, high + LAYERS))
-        self._wide, self._weights = wide.split, outward_weights(wide, 1.2)
+        (low, high), more = self._own.layers, math.ceil(farthest(support))
+        wide = geometry.wider((low - more, high + more))
+        self._wide, self._weights = wide.split, outward_weights(wide, support)
         self._halo = self._own.domain.halo(self._wide.points)
 
     def averaged(self, values: np.ndarray, average: Callable[[Weights, np.ndarray], np.ndarray]) -> np.ndarray:

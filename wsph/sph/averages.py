@@ -16,12 +16,25 @@ from wsph.geometry.geometry import Geometry
 from wsph.sph.pairs import Pairs, find_pairs_once
 from wsph.sph.weights import Weights, interpolation_weights
 
+OUTWARDS = 1.2
+"""Support with which particles on faces read points inside [cells]."""
+
 FARTHEST = 6.0
 """Reach from which a target looks no further [cells]."""
+
+WIDER = 1.5
+"""Growth of the reach of a target that looks further."""
 
 BEYOND = 2.0
 """Sum of the sizes of weights beyond which they are ill-conditioned, above the number of dimensions. At the corner of a
 regular lattice it is one above."""
+
+
+def farthest(support: float) -> float:
+    """The reach that a target can come to that begins with a support [cells]."""
+    while support <= FARTHEST:
+        support *= WIDER
+    return support
 
 
 def average(weights: Weights, values: np.ndarray) -> np.ndarray:
@@ -153,7 +166,7 @@ def spanning_weights(
         narrow = (weights.rank < dim) | large
         if not narrow.any() or reach.max() > FARTHEST:
             break
-        reach[narrow] *= 1.5
+        reach[narrow] *= WIDER
     if large.any():
         mean = interpolation_weights(Space(dim), pairs, targets, sources, volume, order="constant")
         values = host(weights.values).copy()

@@ -78,6 +78,21 @@ class Pairs:
         reach = wp.array(self.reach.numpy()[targets], dtype=wp.float64, device=device)
         return Pairs(starts, indices, len(targets), self.sources, reach), where
 
+    def between(self, targets: slice, sources: slice) -> tuple["Pairs", np.ndarray]:
+        """The pairs of some targets with some sources, both from one up to another, and where they stand in `indices`."""
+        found, where = self.only(np.arange(targets.start, targets.stop))
+        indices: np.ndarray = found.indices.numpy()
+        kept = (indices >= sources.start) & (indices < sources.stop)
+        found = found.where(kept)
+        shifted = wp.array(found.indices.numpy() - sources.start, dtype=wp.int32, device=self.offsets.device)
+        return replace(found, indices=shifted, sources=sources.stop - sources.start), where[kept]
+
+    def seen(self, targets: slice) -> slice:
+        """The sources of some targets, from the first up to the last."""
+        offsets = self.offsets.numpy()
+        indices = self.indices.numpy()[offsets[targets.start] : offsets[targets.stop]]
+        return slice(int(indices.min()), int(indices.max()) + 1)
+
     @property
     def nbytes(self) -> int:
         """Device memory of the rows [bytes]."""

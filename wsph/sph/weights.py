@@ -154,6 +154,12 @@ class Weights:
         values = self.values.numpy().astype(np.float64) @ linear.T
         return replace(self, values=wp.array(values, dtype=space.vec, device=self.values.device))
 
+    def between(self, targets: slice, sources: slice) -> "Weights":
+        """Those of the pairs of some targets with some sources, both from one up to another."""
+        pairs, where = self.pairs.between(targets, sources)
+        values = wp.array(self.values.numpy()[where], dtype=self.values.dtype, device=self.values.device)
+        return Weights(pairs, values, self.rank[targets])
+
 
 def _found(
     kernel: wp.Kernel, of: type, pairs: Pairs, points: tuple[np.ndarray, np.ndarray], volume: np.ndarray, *settings: int

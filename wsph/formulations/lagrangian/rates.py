@@ -122,7 +122,9 @@ class LagrangianRates(ReferenceRates):
             quantum = "f64" if host.geometry.irregular else host.space.precision
             reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
-            made.refuse_isolated(reference.rank)
+            # Copies may have others around them, which are not here.
+            own = placement.point_share.owns(np.arange(len(reference.rank)))
+            made.refuse_isolated(np.where(own, reference.rank, host.space.dim))
         # Ghosts, where there are any, pass loads on to the particles.
         self.form = made.form(loaded=made.loads.some and self._ghosts is None)
         self._coefficients = made.coefficients(self.form)

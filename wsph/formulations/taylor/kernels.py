@@ -14,8 +14,8 @@ from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import faces_struct, replacing
-from wsph.formulations.taylor.gather import divergence, gather, operator_struct, target_of
-from wsph.formulations.taylor.row_kernels import step_kernel
+from wsph.formulations.taylor.sums.gather import divergence, gather, operator_struct, target_of
+from wsph.formulations.taylor.sums.row_kernels import step_kernel
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 

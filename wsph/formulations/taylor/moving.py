@@ -22,6 +22,7 @@ import warp as wp
 
 from wsph.backend.space import Array
 from wsph.backend.state import Field, Layout, State
+from wsph.boundary.conditions import Conditions
 from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
@@ -29,6 +30,7 @@ from wsph.formulations.taylor.faces import turning_faces_struct
 from wsph.formulations.taylor.kernels import TaylorKernels
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
 from wsph.formulations.taylor.system import TwoSetSystem
+from wsph.geometry.lattice import Lattice
 from wsph.sph.rows import rows_struct
 
 
@@ -42,10 +44,11 @@ class MovingTwoSetSystem(TwoSetSystem):
     """
 
     by_rows = False
+    along = max(TwoSetSystem.along, PASSES + 1)
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
-        lattice, space, scales, device = setup.lattice, setup.space, setup.scales, setup.device
+        lattice, space, scales, device = self.lattice, setup.space, setup.scales, setup.device
         on = self._on_faces
         slot = np.full(self.count, -1, np.int32)
         slot[on] = np.arange(len(on))
@@ -109,9 +112,9 @@ class MovingTwoSetSystem(TwoSetSystem):
         rows.weight = wp.array(weights, dtype=self.space.vec, device=self.device)
         return rows
 
-    def _spanning(self, name: str) -> np.ndarray:
+    def _spanning(self, name: str, lattice: Lattice, conditions: Conditions, held: np.ndarray) -> np.ndarray:
         """All: each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn."""
-        return np.ones(len(self.lattice.nodes if name == "real" else self.lattice.cells), bool)
+        return np.ones(len(lattice.nodes if name == "real" else lattice.cells), bool)
 
     def _listed_for(self) -> str:
         return "its gradients follow the motion"

@@ -14,8 +14,8 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.constitutive.turning import turned_gradient
 from wsph.formulations.taylor.faces import replacing, turning_faces_struct
-from wsph.formulations.taylor.gather import divergence, gather, handed_on, operator_struct
 from wsph.formulations.taylor.kernels import TaylorKernels, source_kernels
+from wsph.formulations.taylor.sums.gather import divergence, gather, handed_on, operator_struct
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 

@@ -16,18 +16,13 @@ import warp as wp
 from wsph.backend.arrays import host
 from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array, Space
-from wsph.errors import Refused
 from wsph.formulations.lattice.block_rates import width_of
 from wsph.formulations.lattice.lanes import ACROSS, capacity_of, corner_signs
 from wsph.formulations.lattice.runs import FIRST, HEAD, OWN, gathered_runs
-from wsph.formulations.setup import Setup
-from wsph.formulations.taylor.gather import operator_struct
-from wsph.sph.averages import visible
-from wsph.sph.pairs import Pairs, find_pairs_once
-from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
-
-WIDENINGS = 2
-"""Times that the support of a target may grow by half where it spans too few directions (a corner) and has to span all."""
+from wsph.formulations.taylor.sums.gather import operator_struct
+from wsph.geometry.lattice import Lattice
+from wsph.sph.pairs import Pairs
+from wsph.sph.weights import Weights
 
 FEWEST = {1: 1000, 2: 200, 3: 150}
 """Rows of an operator that follow from the lattice from which they pay, by the dimension: a step has two launches more, of
@@ -39,55 +34,13 @@ run takes no longer, is better off without."""
 SHORTEST = 6.0
 """Mean length of their runs from which they pay: a block of fewer rows does not fill a vector."""
 
+_MOST = np.iinfo(np.int32).max
+
 CORNERS = 0.25
 """Second moment of the mean of the corners of a cell [spacings squared]."""
 
 ROUNDINGS = 64.0
 """Within so many rounding units weights are those of a lattice; what differs does so by a tenth."""
-
-
-class Sets:
-    """The two sets of a body in coordinates of its grid: the kernel is one of these, so cells of any aspect have the same
-    neighbours. No pair reaches through a crack."""
-
-    def __init__(self, setup: Setup, support: float):
-        """`support` in cells."""
-        self._space, self._device, self._smoothing = setup.space, setup.device, setup.scene.run.kernel
-        self.lattice, self._support = setup.lattice, support
-        self.nodes, self.cells = setup.lattice.centred
-        self._off_cracks = setup.lattice.off_cracks if setup.lattice.cracks else (self.nodes, self.cells)
-
-    def weights(self, name: str, volume: np.ndarray, spanning: np.ndarray) -> tuple[Weights, Weights]:
-        """Interpolation and gradient to the "virtual" or the "real" particles from the others, of `volume` (sources,) in
-        cells; those `spanning` (targets,) bool look further until they span all directions. Raises Refused."""
-        order = slice(None, None, 1 if name == "real" else -1)
-        targets, sources = (self.nodes, self.cells)[order]
-        off_targets, off_sources = self._off_cracks[order]
-        reach = np.full(len(targets), self._support)
-
-        def seen() -> Pairs:
-            found = find_pairs_once(targets, sources, reach, self._device)
-            return visible(found, self.lattice, off_targets, off_sources)
-
-        pairs = seen()
-        gradient = gradient_weights(self._space, pairs, targets, sources, volume, self._smoothing)
-        for _ in range(WIDENINGS):
-            # A corner sees one particle of the other set.
-            narrow = spanning & (gradient.rank < self._space.dim)
-            if not narrow.any():
-                break
-            reach[narrow] *= 1.5
-            pairs = seen()
-            gradient = gradient_weights(self._space, pairs, targets, sources, volume, self._smoothing)
-        interpolation = interpolation_weights(self._space, pairs, targets, sources, volume, self._smoothing)
-        isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
-        if len(isolated):
-            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[isolated[0]].tolist()
-            raise Refused(
-                f"{len(isolated)} {name} particles, the first at {where} m, see too few particles of the other set"
-                f" for a gradient: raise run.support (now {self._support:g} spacings)"
-            )
-        return interpolation, gradient
 
 
 def lattice_rows(interpolation: Weights, gradient: Weights) -> np.ndarray:
@@ -123,7 +76,6 @@ class Operator:
     table                    # blocks of the other rows (`wsph.formulations.lattice.runs`), flat; None where there are none
     across                   # rows of a block, but where a run ends
     slope                    # dim x dim: their differences along the axes of the grid, summed, times it are the gradient
-    seen                     # the sources, from one up to another, that a process's own targets see
     lists, threads           # rows of the lists, and threads over the blocks, of the targets that steps are to reach
     """
 
@@ -143,9 +95,6 @@ class Operator:
         self._turn = np.eye(dim) if turn is None else turn
         width = width_of(device, space.precision)
         self._threads = ACROSS if width == 1 else 1
-        offsets = host(weights[0].pairs.offsets)
-        of_own = host(weights[0].pairs.indices)[offsets[share.own.start] : offsets[share.own.stop]]
-        self.seen = slice(int(of_own.min()), int(of_own.max()) + 1)
         self.across = ACROSS if width == 1 else capacity_of(width)
         blocks = gathered_runs(near, weights[0].pairs.sources, self.across)
         # Of the whole body: which kernel a row has must not depend on where it is cut.
@@ -181,6 +130,19 @@ class Operator:
         first, many = self._blocks[:, FIRST], self._blocks[:, OWN]
         low, high = np.searchsorted(first + many, targets.start, side="right"), np.searchsorted(first, targets.stop)
         self.threads = slice(int(low) * self._threads, int(high) * self._threads)
+
+    def sees(self, targets: slice) -> slice:
+        """The sources that some targets see, both from one up to another."""
+        low, high = np.searchsorted(self.listed, [targets.start, targets.stop])
+        ends = host(self.interpolation.pairs.offsets)[[low, high]]
+        listed = host(self.interpolation.pairs.indices)[ends[0] : ends[1]]
+        first, end = self._blocks[:, FIRST], self._blocks[:, FIRST] + self._blocks[:, OWN]
+        here = (end > targets.start) & (first < targets.stop)
+        around = self._blocks[here, HEAD : HEAD + 2**self._space.dim]
+        begin = around.min(1, initial=_MOST) + np.maximum(targets.start - first[here], 0)
+        last = around.max(1, initial=0) + np.minimum(targets.stop, end[here]) - first[here] - 1
+        found = np.concatenate([listed, begin, last])
+        return slice(int(found.min()), int(found.max()) + 1)
 
     @property
     def pairs(self) -> int:
@@ -240,12 +202,13 @@ def _only(weights: Weights, pairs: Pairs, targets: np.ndarray, where: np.ndarray
     return replace(weights, pairs=pairs, values=kept, rank=weights.rank[targets])
 
 
-def smallest_moment(operator: Operator, sets: Sets, share: Share, domain: Domain) -> float:
+def smallest_moment(operator: Operator, lattice: Lattice, share: Share, domain: Domain) -> float:
     """Smallest second moment of the interpolation to a virtual particle of the whole body, in spacings squared. `share`: the
     virtual particles that are here."""
-    weights, listed, on_face = operator.interpolation, operator.listed, sets.lattice.on_face
+    weights, listed, on_face = operator.interpolation, operator.listed, lattice.on_face
     indices, values, row = host(weights.pairs.indices), host(weights.values), weights.pairs.rows()
-    r = sets.nodes[indices] - sets.cells[listed][row]
+    nodes, cells = lattice.centred
+    r = nodes[indices] - cells[listed][row]
     moment = np.zeros((len(listed), r.shape[1], r.shape[1]))
     np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
     # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
@@ -253,7 +216,7 @@ def smallest_moment(operator: Operator, sets: Sets, share: Share, domain: Domain
     at_face = np.bincount(row, on_face[indices], len(listed)) > 0
     own, inner = share.owns(listed), np.delete(np.arange(operator.targets), listed)
     inner = inner[share.owns(inner)]
-    initial = CORNERS if (~on_face[sets.lattice.corners[inner]]).all(1).any() else np.inf
+    initial = CORNERS if (~on_face[lattice.corners[inner]]).all(1).any() else np.inf
     smallest = np.linalg.eigvalsh(moment[own & ~at_face])[:, 0].min(initial=initial)
     along = np.einsum("nii->ni", moment[own]).min(initial=CORNERS)
     smallest, along = domain.min(np.array([smallest, along])).tolist()

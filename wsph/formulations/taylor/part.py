@@ -1,8 +1,8 @@
 """The part of a body of two sets that a process has.
 
-A process holds some layers beyond its own. Its steps change its own real particles, and the virtual ones that these see;
-then it is told the state of the others' real particles: messages once a step. Rows are in the order of the whole body, so
-that what two processes compute has the same bits in both.
+A process holds what its steps read beyond its own (`wsph.formulations.taylor.set_up`). Its steps change its own real
+particles, and the virtual ones that these see; then it is told the state of the others' real particles: messages once a
+step. Rows are in the order of the whole body, so that what two processes compute has the same bits in both.
 """
 
 # pyright: strict
@@ -18,6 +18,7 @@ from wsph.backend.domain import Share, Split
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
 from wsph.formulations.taylor.operators import Operator
+from wsph.formulations.taylor.set_up import joined
 from wsph.ranks.kept import Piece, Rows
 
 
@@ -33,7 +34,7 @@ class Part:
     def reach(self, to_virtual: Operator, to_real: Operator) -> None:
         """Have steps reach the real particles that are its own, and the virtual ones that these see or that are."""
         if self._shared:
-            self.stepped["virtual"] = _both(self.virtual.own, to_real.seen)
+            self.stepped["virtual"] = joined(self.virtual.own, to_real.sees(self.real.own))
             to_real.reach(self.stepped["real"])
             to_virtual.reach(self.stepped["virtual"])
 
@@ -43,7 +44,7 @@ class Part:
         if not self._shared:
             return conditions
         around = corners[self.stepped["virtual"]]
-        here = _both(self.real.own, slice(int(around.min()), int(around.max()) + 1))
+        here = joined(self.real.own, slice(int(around.min()), int(around.max()) + 1))
         entries = {
             key: {particle: value for particle, value in values.items() if here.start <= particle < here.stop}
             for key, values in conditions.entries.items()
@@ -72,8 +73,3 @@ class Part:
             rows = Rows.of(share)
             found[name] = [Piece(start, state.widths[field], rows) for field, start in state.start.items()]
         return found
-
-
-def _both(one: slice, other: slice) -> slice:
-    """From the first of both to the last."""
-    return slice(min(one.start, other.start), max(one.stop, other.stop))

@@ -10,16 +10,13 @@ difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a bou
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import host
-from wsph.backend.domain import Share, any_of
+from wsph.backend.domain import Share
 from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
-from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.loads.regions import gravity_of, volume_loads
@@ -31,25 +28,26 @@ from wsph.formulations.lattice.block_rates import width_of
 from wsph.formulations.lattice.runs import HEAD
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import Segmented, System
+from wsph.formulations.system import Segmented
 from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
-from wsph.formulations.taylor.judgement import closed, turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
-from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows, smallest_moment
+from wsph.formulations.taylor.operators import SHORTEST, Operator, lattice_rows, smallest_moment
 from wsph.formulations.taylor.part import Part
+from wsph.formulations.taylor.reading import TwoSetReading
+from wsph.formulations.taylor.set_up import held_components, layers_read, weighed
 from wsph.geometry.cracks import parted
+from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.ranks.kept import Piece, Rows
+from wsph.ranks.slabs import Slab
 from wsph.scene.geometries import support_of
-from wsph.sph.averages import Averages, average, outward_weights, ranges
-from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
 
 
-class TwoSetSystem(System):
+class TwoSetSystem(TwoSetReading):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are those of the n real particles.
 
     _virtual, _real  # operators from the other set: `wsph.formulations.taylor.operators`
@@ -60,8 +58,13 @@ class TwoSetSystem(System):
 
     by_rows = True
     """Whether rows that follow from its lattice have kernels without lists."""
+    along = 2
+    """Layers beyond its own that a process holds whatever it sees: a load on a face works on those beside it too."""
 
     def __init__(self, setup: Setup):
+        self._support = support_of(setup.scene, setup.body, setup.formulation)
+        found = weighed(setup, self._support, self.along, self._spanning)
+        setup, self.conditions = found.setup, found.conditions
         super().__init__(setup)
         scene, body, lattice = setup.scene, setup.body, setup.lattice
         space, constitutive, scales, device = setup.space, setup.constitutive, setup.scales, setup.device
@@ -74,15 +77,9 @@ class TwoSetSystem(System):
         self._stepped: dict[int, slice] = {}
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
-        self._support = support_of(scene, body, setup.formulation)
-        self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
-        cell = float(np.prod(lattice.frame.step))
-        # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
-        whole = self.conditions.mirrored * lattice.node_volume / cell
-        sets = Sets(setup, self._support)
-        self._virtual = self._operator(sets, "virtual", whole)
-        self._moment = smallest_moment(self._virtual, sets, self._part.virtual, self.domain)
-        self._real = self._operator(sets, "real", lattice.cell_volume / cell)
+        self._virtual = self._operator("virtual", found.to_virtual)
+        self._moment = smallest_moment(self._virtual, lattice, self._part.virtual, self.domain)
+        self._real = self._operator("real", found.to_real)
         self._part.reach(self._virtual, self._real)
         rows = self._virtual.regular + self._real.regular
         self.regular = rows / (self._part.virtual.whole + self._part.real.whole)
@@ -102,7 +99,7 @@ class TwoSetSystem(System):
         self.force_work = MiddleWork(self.force, cells, space, device, *of)
         self._middle: State | None = None
         self._faces = faces_struct(space)()
-        self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
+        self._faces.held = wp.array(self._held_components, dtype=wp.int32, device=device)
         self._faces.free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
         self._faces.axes = self._axes
         self._at_targets: list[object] = [self._faces]
@@ -124,6 +121,15 @@ class TwoSetSystem(System):
     @property
     def told(self) -> int:
         return sum(self.state.widths.values())
+
+    def holding(self, slab: Slab) -> Slab:
+        own = slice(slab.nodes.low, slab.nodes.high), slice(slab.cells.low, slab.cells.high)
+
+        def sees(name: str, targets: slice) -> slice:
+            return (self._virtual if name == "virtual" else self._real).sees(targets)
+
+        counts = self.lattice.counts
+        return slab.over(layers_read(self.lattice, own, sees, self.along), counts.nodes, counts.points)
 
     @property
     def _on_faces(self) -> np.ndarray:
@@ -176,14 +182,13 @@ class TwoSetSystem(System):
         mixed, width = (self._virtual.regular > 0, self._real.regular > 0), width_of(self.device, self.space.precision)
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated, mixed, width)
 
+    @property
     def _held_components(self) -> np.ndarray:
-        """Per real particle, one bit for every prescribed component: velocity first, then stress."""
-        fields = (("velocity", self.space.dim), ("stress", self.constitutive.width))
-        held = np.hstack([self.conditions.prescribed(name, width, self.count) for name, width in fields])
-        return (held << np.arange(held.shape[1])).sum(1).astype(np.int32)
+        return held_components(self.conditions, self.constitutive, self.count)
 
-    def _spanning(self, name: str) -> np.ndarray:
-        """Which of the "real" or "virtual" particles have to span all directions, (n,) bool.
+    def _spanning(self, name: str, lattice: Lattice, conditions: Conditions, held: np.ndarray) -> np.ndarray:
+        """Which of the "real" or "virtual" particles of a lattice have to span all directions, (n,) bool;
+        `held` as `held_components` says it.
 
         Where all components of the velocity and no stress is prescribed the stress is that of the whole gradient; where a
         prescribed velocity varies along a face its slope there would be taken for one across it. Other corners take each
@@ -191,21 +196,20 @@ class TwoSetSystem(System):
         symmetric faces grow by 7e-6 a step at nu = 0.499, C = 0.05.
         """
         if name == "virtual":
-            return np.zeros(len(self.lattice.cell_volume), bool)
-        spanning = self._held_components() == (1 << self.space.dim) - 1
-        for (field, _), values in self.conditions.entries.items():
+            return np.zeros(len(lattice.cell_volume), bool)
+        spanning = held == (1 << lattice.index.shape[1]) - 1
+        for (field, _), values in conditions.entries.items():
             if field == "velocity":
                 spanning[[particle for particle, value in values.items() if varies(value)]] = True
         return spanning
 
-    def _operator(self, sets: Sets, name: str, volume: np.ndarray) -> Operator:
+    def _operator(self, name: str, weights: tuple[Weights, Weights]) -> Operator:
         """From one set to the "virtual" or the "real" particles. Gradients are brought to lengths and to the coordinate
         axes."""
-        weights = sets.weights(name, volume, self._spanning(name))
         none = np.full((weights[0].pairs.targets, 2**self.space.dim), -1, np.int32)
         near = lattice_rows(*weights) if self.by_rows else none
         if name == "real":
-            near[(self._held_components() != 0) | (self.conditions.free_normals != 0)] = -1
+            near[(self._held_components != 0) | (self.conditions.free_normals != 0)] = -1
         frame = self.lattice.frame
         along = frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()
         turn = None if along else frame.axes * (self.scales.length / frame.step)
@@ -239,12 +243,10 @@ class TwoSetSystem(System):
 
     @property
     def to_virtual(self) -> tuple[Weights, Weights]:
-        """Weights of interpolation and of gradient, nondimensional, from the real to the virtual particles."""
         return self._virtual.whole()
 
     @property
     def to_real(self) -> tuple[Weights, Weights]:
-        """Those from the virtual to the real particles."""
         return self._real.whole()
 
     def new(self, where: str = "real") -> State:
@@ -358,92 +360,3 @@ class TwoSetSystem(System):
         self._works.add(self.state, self.clock)
         if self._middle is not None:
             self.force_work.add(self._middle, self.clock)
-
-    def filtered(self, name: str) -> np.ndarray:
-        """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the
-        virtual ones and back, particles on a face as they are. (n, width), nondimensional.
-
-        A displacement is extrapolated to the faces where nothing prescribes it: a corner that a load pulls at drifts, by a
-        quarter of the displacement of a pulled sheet of `ul-tsph` where this is within 0.6 %. In smooth waves the average
-        and the values as they are have errors of the same size.
-        """
-        values = self.state.read(name)
-        if name == "displacement":
-            back = average(self._outwards, self.at_virtual(name))
-            for (field, component), held in self.conditions.entries.items():
-                if field == "velocity":
-                    back[list(held), component] = values[list(held), component]
-            return back
-        to_virtual, to_real = self.to_virtual[0], self.to_real[0]
-        back = average(to_real, average(to_virtual, values))
-        if self.state.bounded(name):
-            back = np.clip(back, *ranges(to_real, *ranges(to_virtual, values, values)))
-        return np.where(~self.lattice.on_face[:, None], back, values)
-
-    @cached_property
-    def _outwards(self) -> Weights:
-        return outward_weights(self.lattice, max(self._support, 1.2))
-
-    def fault(self) -> str:
-        """The word for cracks that have closed: their sides do not see each other, and would pass through each other."""
-        if self._parted is None or not any_of(self.domain, len(self._parted[0]) > 0):
-            return ""
-        below, above, axis = self._parted
-        u, normal = self.filtered("displacement"), self.lattice.frame.axes.T[axis]
-        if "deformation" in self.state.layout:
-            dim = self.space.dim
-            F = np.eye(dim) + self.state.read("deformation").reshape(-1, dim, dim)[below]
-            normal = np.linalg.solve(F.transpose(0, 2, 1), normal[:, :, None])[:, :, 0]
-            normal /= np.linalg.norm(normal, axis=1)[:, None]
-        own = self.share.owns(below)
-        apart = ((u[above] - u[below]) * normal).sum(1)[own]
-        return closed(apart, self.position[below[own]], u[self.share.own], self.scales.length, self.domain)
-
-    def current_density(self) -> np.ndarray:
-        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain
-        rho_0/(1 + tr eps) from the displacements.
-
-        Their gradient is that of the virtual particles, which see whole cells, extrapolated to the faces. Strains along free
-        normals, which a stress state drops, are not in it.
-        """
-        if "deformation" in self.state.layout:
-            return super().current_density()
-        dilation = average(self._outwards, np.trace(self._strained(), axis1=1, axis2=2)[:, None])[:, 0]
-        return self.density / (1.0 + dilation)
-
-    def _strained(self) -> np.ndarray:
-        """The gradient of the displacements at the virtual particles, (cells, dim, dim)."""
-        weights, gradient = self.to_virtual
-        row, indices, g = weights.pairs.rows(), host(weights.pairs.indices), host(gradient.values)
-        u = self.state.read("displacement")
-        found = np.zeros((weights.pairs.targets, self.space.dim, self.space.dim))
-        np.add.at(found, row, (u[indices] - average(weights, u)[row])[:, :, None] * g[:, None, :])
-        return found
-
-    def doubt(self) -> str:
-        """The words for a body that has turned beyond small strain, where its displacements are kept."""
-        if not self.traits.small_strain or self.space.dim == 1 or "displacement" not in self.state.layout:
-            return ""
-        return turned(self.name, self._strained()[self._part.virtual.own], self.domain)
-
-    def at_virtual(self, name: str) -> np.ndarray:
-        """A field interpolated to the virtual particles, (cells, width), nondimensional."""
-        return average(self.to_virtual[0], self.state.read(name))
-
-    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
-        displacement, width = name == "displacement", self.state.widths[name]
-        back = Averages.of(self._outwards if displacement else self.to_real[0]).only(particles)
-        back = back.through(Averages.of(self.to_virtual[0]))
-
-        def but(asis: np.ndarray) -> Averages:
-            there = np.flatnonzero(asis[particles])
-            return back.but(there, Averages.themselves(particles[there]))
-
-        if displacement:
-            return [but(held) for held in self.conditions.prescribed("velocity", width, self.count).T]
-        return [but(self.lattice.on_face)] * width
-
-    def _between(self, points: np.ndarray, name: str) -> Averages:
-        """The virtual particles' field (real averaged to virtual) is interpolated, because an odd-even field at the real
-        particles is invisible to the virtual ones."""
-        return between(self.lattice, points, at_nodes=False).through(Averages.of(self.to_virtual[0]))

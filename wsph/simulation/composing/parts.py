@@ -41,10 +41,6 @@ def slabs_of(
     return found
 
 
-COPIED = 0.2
-"""The work on a copy of two sets, in those on a particle of its own: what its own see, of eight layers."""
-
-
 @dataclass(frozen=True)
 class Part:
     """What a process has of a body: particles of its own, copies that it is told of, in so many numbers (`sent`), what it
@@ -59,14 +55,13 @@ class Part:
 
 def part_of(system: System, held: Held) -> Part:
     """What a process with a slab of a body would have."""
-    slab, wide = held
+    slab, wide = system.holding(held[0]), held[1]
     share = slab.nodes if system.count == slab.nodes.whole else slab.cells
     own, worked = share.high - share.low, system.count * slab.work / float(system.geometry.counts.visits.sum())
     sight = system.sight(slice(share.low, share.high), share.window)
     if sight is None:
         copies, nbytes = share.held - own, system.nbytes / system.count * share.held
-        done = worked if system.traits.one_set else own + COPIED * copies
-        return Part(own, copies, copies * system.told, done, nbytes)
+        return Part(own, copies, copies * system.told, worked, nbytes)
     around = wide.nodes.held if system.count == slab.nodes.whole else wide.cells.held
     nbytes = (system.nbytes - sight.every) / system.count * around + sight.listed
     return Part(own, around - own, (sight.moved - own) * system.told, worked, nbytes)

@@ -10,7 +10,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, corner_sums, field_lanes, lane
-from wsph.formulations.taylor.row_sums import means, stress_sums
+from wsph.formulations.taylor.sums.row_sums import means, stress_sums
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
@@ -109,7 +109,7 @@ def step_kernel(
 ) -> wp.Kernel:
     """Kernel that gives targets the mean of their sources and the rate there; where it `adds`, their own values and that
     rate. All sums are of differences, and need no value nearby that they are about; means of the sources of internals are
-    within the range of these by themselves (`wsph.formulations.taylor.gather`)."""
+    within the range of these by themselves (`wsph.formulations.taylor.sums.gather`)."""
     real, vec, mat, dim, capacity = space.scalar, space.vec, space.mat, space.dim, capacity_of(width)
     Source, Target, Params = fields_struct(space, source), fields_struct(space, target), laws.Params
     sourced, drifts = laws.source is not None, adds and "displacement" in target
