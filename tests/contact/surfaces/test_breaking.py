@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import scenes
-from tests.contact.surfaces.bodies import BODIES, NONE, cells_of, whole
+from tests.contact.surfaces.bodies import BODIES, around, cells_of, whole
 from wsph.contact.surfaces.meshing.boundary import successors
 from wsph.contact.surfaces.meshing.mesh import area_vectors, surface_mesh
 from wsph.contact.surfaces.surface import Surface
@@ -165,7 +165,7 @@ def test_any_cells_can_die(name: str) -> None:
     """The surface of what is left is closed, its faces look out, and every vertex that stays is where it was."""
     geometry = BODIES[name]()
     live = np.random.default_rng(11).random(cells_of(geometry)) > 0.3
-    old, new = whole(geometry), surface_mesh(geometry, live, NONE, deep=True)
+    old, new = whole(geometry), surface_mesh(around(geometry, live=live), deep=True)
     vectors = area_vectors(new.X, new.faces, new.N)
     assert np.abs(vectors.sum(0)).max() < 1e-13 * new.A.sum()
     inside = (new.X[new.faces].mean(1) * vectors).sum() / new.X.shape[1]

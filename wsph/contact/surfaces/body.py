@@ -4,8 +4,6 @@
 
 from typing import Protocol
 
-import numpy as np
-
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.contact.touched import TouchedSystem
@@ -44,10 +42,3 @@ class SurfacedSystem(TouchedSystem, Protocol):
     def breaks(self) -> bool:
         """Whether the body can break."""
         ...
-
-
-def all_places(system: SurfacedSystem, whole: Geometry) -> np.ndarray:
-    """Where all particles of a body are at the start, of all processes, (n, dim) [m]; `whole` is its geometry."""
-    if whole is system.geometry:
-        return system.position
-    return whole.nodes if system.position is system.geometry.nodes else whole.cells
