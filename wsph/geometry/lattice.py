@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 
 from wsph.backend.domain import WHOLE, Domain, Split, any_of
-from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
+from wsph.geometry.cells import Boxes, beside, cell_volumes, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
@@ -35,8 +35,8 @@ from wsph.ranks.slabs import Slab, slabs, work_of
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
-    `bent`: a map has moved nodes; `part`, of a body that processes share, which part it is, `widened` how it is made with
-    more around it, and `completed` how all of it."""
+    `bent`: a map has moved nodes; `part`, of a body that processes share, which part it is, and `widened` how it is made
+    with more around it."""
 
     frame: Grid
     index: np.ndarray
@@ -45,14 +45,9 @@ class Lattice(Geometry):
     bent: bool = False
     part: Split | None = None
     widened: Callable[[tuple[int, int]], "Lattice"] | None = None
-    completed: Callable[[], "Lattice"] | None = None
 
     def wider(self, layers: tuple[int, int]) -> "Lattice":
         return self if self.widened is None else self.widened(layers)
-
-    @property
-    def entire(self) -> "Lattice":
-        return self if self.completed is None else self.completed()
 
     @property
     def split(self) -> Split:
@@ -199,14 +194,7 @@ class Lattice(Geometry):
     def neighbours(self) -> np.ndarray:
         """Per node and axis of the grid the nodes before and behind it in its own cells, itself where there is none,
         (n, dim, 2)."""
-        dim = self.index.shape[1]
-        offsets = np.array(list(product((0, 1), repeat=dim)))
-        result = np.repeat(np.arange(len(self.nodes))[:, None], 2 * dim, 1).reshape(-1, dim, 2)
-        for axis in range(dim):
-            for a, b in zip(*edge_ends(offsets, axis), strict=True):
-                result[self.corners[:, a], axis, 1] = self.corners[:, b]
-                result[self.corners[:, b], axis, 0] = self.corners[:, a]
-        return result
+        return beside(self.corners, np.arange(len(self.nodes)), len(self.nodes))
 
     @property
     def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
@@ -404,7 +392,7 @@ def slab_of(
         if entire:
             right, own = (own.nodes.window, own.cells.window), own.over((0, len(cells)), nodes, cells)
         part = Split(domain, own.nodes, own.cells, middle, low, around, right, work_of(every))
-        return replace(given(held=Held(own, part, plain)), widened=made, completed=given)
+        return replace(given(held=Held(own, part, plain)), widened=made)
 
     given = partial(
         lattice, shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map

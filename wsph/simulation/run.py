@@ -144,7 +144,7 @@ class Running:
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
         touching = {frozenset(contact.names): contact.law != "pinball" for contact in scene.contact}
-        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching, composition.domain)
+        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
         self._relaxations = Relaxations(composition, self._control, self._checks)
         self._checkpoints = Checkpoints(

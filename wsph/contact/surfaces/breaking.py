@@ -22,7 +22,7 @@ NO_PAIRS = np.zeros((0, 2), int)
 
 
 class Breaking:
-    """What is left of the cells of a body: of its own each process says it. Joins are those of the lower one of two cells."""
+    """What is left of the cells of a body: of its own each process says it. A join is of the lower one of its two cells."""
 
     def __init__(self, system: SurfacedSystem, own: OwnCells, *, at_nodes: bool) -> None:
         self._system, self._own, self._at_nodes = system, own, at_nodes

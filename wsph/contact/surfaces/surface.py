@@ -63,6 +63,8 @@ class Surface:
 
     mesh: SurfaceMesh
     B: SparseRows
+    _live: np.ndarray
+    _torn: np.ndarray
     struct: SurfaceArrays
     force: Array
 
@@ -267,8 +269,8 @@ class Surface:
         return self.remesh(self._breaking.live(), self._breaking.torn())
 
     def remesh(self, live: np.ndarray, torn: np.ndarray | None = None) -> np.ndarray | None:
-        """The same where of its own cells those are left that are `live` (own,) bool, and of its own joins of cells those are
-        `torn` (j,) bool; by default those that are so far."""
+        """The same where of its own cells those are left that are `live` (own,) bool, and of its own joins of cells those
+        are `torn` (j,) bool; by default those that are so far."""
         if not self._system.breaks:
             raise RuntimeError(f"body {self.name!r} cannot break")
         torn = self._torn if torn is None else torn
@@ -298,7 +300,7 @@ class Surface:
         """Be the surface that a run had when it kept `values` of all processes, before these are put back. As `eroded`."""
         if not self._system.breaks or any(values.get(name) is None for name in self._flagged()):
             return None
-        live, torn = np.zeros_like(self._live), self._torn
+        live, torn = np.zeros(len(self._live), bool), self._torn
         live[self._own.order] = values["alive"][self._own.share.window] != 0
         if "torn" in values:
             torn = values["torn"][self._breaking.joins.window] != 0

@@ -44,8 +44,8 @@ def _work_kernel(space: Space) -> wp.Kernel:
 
 
 class SurfaceWork:
-    """Work on the s particles here that forces on a surface can reach, the `support`, each by itself: right on those that are
-    this process's own, its `share` of all.
+    """Work on the s particles here that forces on a surface can reach, the `support`, each by itself: right on those that
+    are this process's own, its `share` of all.
 
     particle  # where they stand among the particles here, (s,) int32
     load      # forces of the last evaluation, (s,) vec
@@ -66,8 +66,8 @@ class SurfaceWork:
         self._place: Array = arrays.zeros("place", s, space.vec)
 
     def attend(self, attention: Attention, u: np.ndarray) -> None:
-        """Go over what is pushed alone; the rest feels nothing. `u` (particles, dim), displacements of the particles here at the end
-        of the last step."""
+        """Go over what is pushed alone; the rest feels nothing. `u` (n, dim), displacements of the particles here at the
+        end of the last step."""
         self._attention = attention
         self._place.assign(u[self.support])
         for array in (self.load, self._before):

@@ -9,7 +9,6 @@ what there is to doubt about it, goes with every part.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeVar, cast
-from weakref import ref
 
 import numpy as np
 
@@ -33,21 +32,16 @@ class Whole:
 @dataclass(frozen=True)
 class Layered(Geometry):
     """A body whose nodes and points stand layer by layer; of one that processes share `of` which it is a part, `part` which
-    part it is, `widened` how it is made with more around it, and `completed` how all of it."""
+    part it is, and `widened` how it is made with more around it."""
 
     layers: Layers = field(kw_only=True)
     of: Whole | None = field(default=None, kw_only=True)
     part: Split | None = field(default=None, kw_only=True)
     widened: "Callable[[tuple[int, int]], Layered] | None" = field(default=None, kw_only=True)
-    completed: "Callable[[], Layered] | None" = field(default=None, kw_only=True)
 
     @property
     def split(self) -> Split:
         return super().split if self.part is None else self.part
-
-    @property
-    def entire(self) -> "Layered":
-        return self if self.completed is None else self.completed()
 
     def wider(self, layers: tuple[int, int]) -> "Layered":
         return self if self.widened is None else self.widened(layers)
@@ -124,7 +118,6 @@ def shared(
     of `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and keeps it for those that ask for more of
     it. Raises TooFew, and in all processes what the first one meets."""
     known: list[tuple[L, Whole]] = []
-    made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
     cutting = _Slabs(domain.size, reach, who, loads)
 
     def parts(windows: np.ndarray) -> list[tuple[Layered, Slab, list[Slab]] | str]:
@@ -140,13 +133,6 @@ def shared(
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
 
-    def whole() -> Layered:
-        body = known[0][0] if known else made_again[0]() if made_again else None
-        if body is None:
-            body = make()
-            made_again[:] = [ref(body)]
-        return body
-
     def made(window: tuple[int, int]) -> L:
         windows = domain.joined(np.array([window]))
         found = domain.dealt(lambda: parts(windows))
@@ -156,6 +142,6 @@ def shared(
         slab = every[domain.rank]
         right = (slab.nodes.window, slab.cells.window) if entire else None
         split = Split(domain, held.nodes, held.cells, layers=slab.layers, right=right, work=work_of(every))
-        return cast(L, replace(part, part=split, widened=made, completed=whole))
+        return cast(L, replace(part, part=split, widened=made))
 
     return made(NOTHING)

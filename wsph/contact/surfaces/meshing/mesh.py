@@ -88,9 +88,9 @@ class SurfaceMesh:
 
 
 def surface_mesh(shell: Shell, *, deep: bool) -> SurfaceMesh:
-    """The surface of a body, of the shell around it; `deep` as of the boundary, which has numbers of the whole body. Vertices
-    of stairs lie on the shape, and the normals are those of the shape there. Raises ValueError for a geometry without
-    cells."""
+    """The surface of a body, of the shell around it; `deep` as of the boundary, which has numbers of the whole body.
+    Vertices of stairs lie on the shape, and the normals are those of the shape there. Raises ValueError for a geometry
+    without cells."""
     boundary = boundary_of(shell, deep=deep)
     at = shell.nodes[boundary.node]
     faces, side = _faces(boundary, at, _middles(shell)[boundary.cell])
