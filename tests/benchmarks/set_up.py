@@ -39,7 +39,14 @@ def scene(kind: str, cells: int) -> wsph.Scene:
     if kind not in DIFFER:
         above = {"type": "box", "min": [0.0, size, 0.0], "max": [size, 2.0 * size, size]}
         bodies.append({**body, "name": "c", "shape": above, "velocity": [0.0, -1e-3, 0.0]})
-    run = {"integrator": "leapfrog", "formulation": "stress-points", "end": 1e6, "dt": 0.2, "guard": "off", "threads": 1}
+    run = {
+        "integrator": "leapfrog",
+        "formulation": "stress-points",
+        "end": 1e6,
+        "dt": 0.2,
+        "guard": "off",
+        "threads": 1,
+    }
     return wsph.Scene(schema=1, dim=3, run=run, bodies=bodies, **(CONTACT if kind == "contact" else {}))
 
 

@@ -3,8 +3,8 @@ cross.
 
     mpiexec -n 4 python -m tests.ranks.broken_cases CASE...
 
-As `tests.ranks.shared_cases`, which says what is printed. A run is long enough for the surfaces to be made anew twice, once in
-its first half.
+As `tests.ranks.shared_cases`, which says what is printed. A run is long enough for surfaces to be made anew in both of its
+halves.
 """
 
 import wsph

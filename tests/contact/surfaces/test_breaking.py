@@ -77,8 +77,9 @@ def test_what_a_phase_field_has_broken_is_no_surface(form: str, model: str) -> N
     system, surface = broken(form, model, **FIELD)
     before = surface.mesh.X.copy()
     cells = system.geometry.cells
-    damage = system.state.struct.damage
-    column = (np.abs(cells[:, 0] - 0.4375) < 1e-9).astype(float)[:, None]
+    damage = system.attached["phase_field"].damage
+    assert damage is not None
+    column = (np.abs(cells[:, 0] - 0.4375) < 1e-9).astype(float)
     damage.assign(0.9 * column)
     assert surface.eroded() is None
     damage.assign(column)

@@ -109,7 +109,7 @@ def test_both_banks_of_a_crack_have_vertices_of_their_own(split: bool) -> None:
     assert counts.tolist() == [2, 2, 2, 2, 2, 1]
     assert mesh.A.sum() == pytest.approx(5.0)
     tip = np.flatnonzero(on & (np.abs(mesh.X[:, 1] - 0.5) < 1e-12))
-    assert mesh.sharp[tip].all()
+    assert mesh.groups()[2][tip].all()
     # The last cells of both banks share the tip, and do not hang together there.
     joins = {tuple(pair) for pair in mesh.boundary.joins.tolist()}
     assert not any(tuple(pair) in joins for pair in parted.tolist())
@@ -136,7 +136,7 @@ def test_edges_and_corners_are_sharp_and_round_sides_are_not() -> None:
 @pytest.mark.parametrize("name", ["bar", "cracked square", "sphere", "tetrahedra and cubes"])
 def test_groups_are_the_faces_around_a_corner_that_meet_it_smoothly(name: str) -> None:
     mesh = whole(BODIES[name]())
-    starts, smooth = mesh.groups
+    starts, smooth, _ = mesh.groups()
     dim = mesh.faces.shape[1]
     for corner in np.random.default_rng(3).integers(0, mesh.faces.size, 40):
         face = corner // dim

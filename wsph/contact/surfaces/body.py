@@ -2,12 +2,14 @@
 
 # pyright: strict
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.contact.touched import TouchedSystem
 from wsph.geometry.geometry import Geometry
+from wsph.parts.part import Attached
 from wsph.protocols import Traits
 
 
@@ -37,6 +39,11 @@ class SurfacedSystem(TouchedSystem, Protocol):
 
     @property
     def form(self) -> SurfacedForm: ...
+
+    @property
+    def attached(self) -> Mapping[str, Attached]:
+        """Its parts on the device, by their keys."""
+        ...
 
     @property
     def breaks(self) -> bool:

@@ -59,10 +59,11 @@ class Breaking:
 
     def live(self) -> np.ndarray:
         """Its own cells that are not dead, (c,) bool. All processes that share the body ask together."""
-        system = self._system
-        if not system.breaks or "damage" not in system.state.layout:
+        parts = self._system.attached.values()
+        found = next((part.damage for part in parts if part.damage is not None), None)
+        if found is None:
             return np.ones(len(self._own.numbers), bool)
-        damage = host(system.state.struct.damage).reshape(-1, 1).copy()
+        damage = host(found).reshape(-1, 1).copy()
         self._halo.fill(damage)
         broken = damage[:, 0] > BROKEN
         return np.concatenate(

@@ -156,8 +156,9 @@ class Surface:
         self.struct.normal = of("normal", np.repeat(mesh.N, space.dim, axis=0), space.vec)
         self.struct.starts = of("starts", mesh.starts.astype(np.int32), wp.int32)
         self.struct.around = of("around", mesh.around.astype(np.int32), wp.int32)
-        self.struct.sharp = of("sharp", mesh.sharp.astype(np.int32), wp.int32)
-        self._groups = tuple(of(f"groups{k}", each.astype(np.int32), wp.int32) for k, each in enumerate(mesh.groups))
+        *groups, sharp = mesh.groups()
+        self.struct.sharp = of("sharp", sharp.astype(np.int32), wp.int32)
+        self._groups = tuple(of(f"groups{k}", each.astype(np.int32), wp.int32) for k, each in enumerate(groups))
         self._forth = self._rows_of("forth", self.B)
 
     def _rows_of(self, name: str, matrix: SparseRows) -> object:

@@ -231,6 +231,7 @@ class PhaseDamage(Attached):
         self._opened = arrays.zeros("opened", n, real, kept=True)
         self._released = arrays.zeros("released", n, real, kept=True)
         self.response = self._phase = phase
+        self.damage = phase.damage
         self._rows = rows_of(space, seen.pairs, seen.weight)
         self.ledger = (Entry("dissipated", lambda: self.released),)
 

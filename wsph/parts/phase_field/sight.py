@@ -63,13 +63,15 @@ class _Points:
         self._halo.fill(found)
         return found
 
-    def at_nodes(self, values: np.ndarray) -> np.ndarray:
-        """Sums (n, k) over the points around each node, of numbers (e, k)."""
-        return _summed(self.nodes, values, self.n)
+    def at_nodes(self, values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Sums (n, k) over the points around each node of numbers (m, k) of theirs, times weights (e,)."""
+        sums = [np.bincount(self.nodes, weight * column[self.point], self.n) for column in values.T]
+        return np.stack(sums, 1)
 
-    def at_points(self, values: np.ndarray) -> np.ndarray:
-        """Sums (m, k) over the nodes that each point sees, of numbers (e, k)."""
-        return _summed(self.point, values, self.m)
+    def at_points(self, values: np.ndarray, weight: np.ndarray | float = 1.0) -> np.ndarray:
+        """Sums (m, k) over the nodes that each point sees of numbers (n, k) of theirs, times weights (e,)."""
+        sums = [np.bincount(self.point, weight * column[self.nodes], self.m) for column in values.T]
+        return np.stack(sums, 1)
 
     def any(self, flags: np.ndarray) -> bool:
         """Whether any of the points of the body has a flag (m,) bool."""
@@ -88,11 +90,13 @@ def sight_of(geometry: Geometry) -> Sight:
     wide, dim = seen.wide, geometry.nodes.shape[1]
     weight = 1.0 / np.repeat(seen.many, seen.many)
     place = wide.nodes - wide.middle
-    centre = seen.at_points(weight[:, None] * place[seen.nodes])
+    centre = seen.at_points(place, weight)
     tensor = _tensor(seen, weight, centre)
     whole = np.trace(tensor, axis1=1, axis2=2)
-    apart = place[seen.nodes] - centre[seen.point]
-    own = seen.at_points(weight[:, None] * (apart**2).sum(1, keepdims=True))[:, 0]
+    square = np.zeros(len(weight))
+    for there, here in zip(place.T, centre.T, strict=True):
+        square += (there[seen.nodes] - here[seen.point]) ** 2
+    own = np.bincount(seen.point, weight * square, seen.m)
     # Of triangles and tetrahedra the points at the surface see too few corners to tell their size by.
     size, any_inside = np.where(seen.held, own, 1.0), seen.any(seen.inside)
     if not any_inside and seen.any(~seen.held):
@@ -109,33 +113,27 @@ def sight_of(geometry: Geometry) -> Sight:
     return Sight((dim / (ratio * size))[first : first + geometry.split.points.held], skew)
 
 
-def _summed(where: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Sums of rows `values` (e, k) by the place `where` (e,) each belongs to, (count, k)."""
-    return np.stack([np.bincount(where, column, count) for column in values.T], 1)
-
-
 def _tensor(seen: _Points, weight: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """T_p (m, dim, dim)."""
     m, dim = centre.shape
-    nodes, point = seen.nodes, seen.point
-    total = np.maximum(np.bincount(nodes, weight, seen.n), np.finfo(float).tiny)
-    first = seen.at_nodes(weight[:, None] * centre[point]) / total[:, None]
+    total = np.maximum(np.bincount(seen.nodes, weight, seen.n), np.finfo(float).tiny)
+    first = seen.at_nodes(centre, weight) / total[:, None]
     outer = np.einsum("pa,pb->pab", centre, centre).reshape(m, dim * dim)
-    second = seen.at_nodes(weight[:, None] * outer[point]) / total[:, None]
-    mean = seen.at_points(weight[:, None] * first[nodes])
-    square = seen.at_points(weight[:, None] * second[nodes]).reshape(m, dim, dim)
+    second = seen.at_nodes(outer, weight) / total[:, None]
+    mean = seen.at_points(first, weight)
+    square = seen.at_points(second, weight).reshape(m, dim, dim)
     cross = np.einsum("pa,pb->pab", mean, centre)
     return square - cross - cross.swapaxes(1, 2) + outer.reshape(m, dim, dim)
 
 
 def _skew(seen: _Points, part: np.ndarray) -> float:
     """Of the parts T_p/(tr T_p/dim) (m, dim^2) of points inside: what differs from cell to cell a crack does not feel."""
-    point, inside, dim = seen.point, seen.inside, round(part.shape[1] ** 0.5)
+    inside, dim = seen.inside, round(part.shape[1] ** 0.5)
+    counts = inside[seen.point].astype(float)
+    known = np.maximum(np.bincount(seen.nodes, counts, seen.n), 1.0)
     for _ in range(ROUNDS):
-        part = seen.told(part)
-        known = np.maximum(np.bincount(seen.nodes, inside[point], seen.n), 1.0)
-        mean = seen.at_nodes(part[point] * inside[point, None]) / known[:, None]
-        part = seen.at_points(mean[seen.nodes]) / seen.many[:, None]
+        mean = seen.at_nodes(seen.told(part), counts) / known[:, None]
+        part = seen.at_points(mean) / seen.many[:, None]
     own = np.flatnonzero(inside & seen.share.owns(np.arange(seen.m)))
     least, lost = np.linalg.eigvalsh(part[own].reshape(-1, dim, dim))[:, 0], np.zeros(seen.m)
     lost[own] = 1.0 - np.sqrt(np.clip(least, 0.0, 1.0))

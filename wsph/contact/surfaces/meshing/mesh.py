@@ -52,29 +52,15 @@ class SurfaceMesh:
         """The faces around each vertex, ascending, (m dim,)."""
         return np.argsort(self.faces.ravel(), kind="stable") // self.faces.shape[1]
 
-    @cached_property
-    def _meetings(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of every corner of a face the faces around its vertex: corner, face, and whether they meet smoothly."""
-        corner, where = spread(self.starts, self.faces.ravel())
-        other = self.around[where]
-        own = corner // self.faces.shape[1]
-        return corner, other, (self.N[own] * self.N[other]).sum(1) > SMOOTH
-
-    @cached_property
-    def groups(self) -> tuple[np.ndarray, np.ndarray]:
+    def groups(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The faces that meet each corner of a face smoothly, itself among them: where they begin (m dim + 1,), and all of
-        them."""
-        corner, other, smooth = self._meetings
-        count = np.bincount(corner[smooth], minlength=self.faces.size)
-        return np.concatenate([[0], np.cumsum(count)]), other[smooth]
-
-    @cached_property
-    def sharp(self) -> np.ndarray:
-        """Which vertices have faces that do not all meet smoothly, (n,) bool."""
-        corner, _, smooth = self._meetings
-        found = np.zeros(len(self.X), bool)
-        found[self.faces.ravel()[corner[~smooth]]] = True
-        return found
+        them; and which vertices have faces that do not all meet smoothly, (n,) bool."""
+        corner, where = spread(self.starts, self.faces.ravel())
+        other, own = self.around[where], corner // self.faces.shape[1]
+        smooth = (self.N[own] * self.N[other]).sum(1) > SMOOTH
+        count, sharp = np.bincount(corner[smooth], minlength=self.faces.size), np.zeros(len(self.X), bool)
+        sharp[self.faces.ravel()[corner[~smooth]]] = True
+        return np.concatenate([[0], np.cumsum(count)]), other[smooth], sharp
 
     @cached_property
     def near(self) -> np.ndarray:
