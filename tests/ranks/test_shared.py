@@ -21,7 +21,7 @@ GROUPS = [
     ("periodic", "relaxed", "jittered edges", "cracked kernel", "mapped", "breaking map"),
     ("breaking kernel", "breaking points", "breaking jitter", "relaxed, stopped", "edges, begun"),
     tuple(f"{each}, resumed" for each in RESUMED),
-    ("contact of two", "contact of two along edges", "contact 3D", "contact with itself"),
+    ("contact of two", "contact 3D", "contact with itself"),
     ("contact, resumed", "tie, resumed", "bodies, resumed"),
     ("relaxed bodies, stopped", "relaxed balls"),
     ("plastic, threads", "relaxed bodies, threads"),

@@ -45,7 +45,7 @@ from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
 
-FIRST = b"wsph checkpoint 4\n"
+FIRST = b"wsph checkpoint 5\n"
 
 FREE = (
     ("title",),
