@@ -3,8 +3,8 @@ cross.
 
     mpiexec -n 4 python -m tests.ranks.broken_cases CASE...
 
-As `tests.ranks.shared_cases`, which says what is printed. A run is long enough for surfaces to be made anew many times, in 2D
-in both of its halves.
+As `tests.ranks.shared_cases`, which says what is printed. A run is long enough for surfaces to be made anew many times, in
+2D in both of its halves.
 """
 
 import wsph
