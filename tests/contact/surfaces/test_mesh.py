@@ -125,12 +125,12 @@ def test_cells_that_meet_at_a_corner_alone_have_a_vertex_each() -> None:
 
 
 def test_edges_and_corners_are_sharp_and_round_sides_are_not() -> None:
-    assert whole(cut(scenes.box(1.0, 1.0), 0.1)).sharp.sum() == 4
-    assert whole(cut(scenes.box(1.0, 1.0, 1.0), 0.2)).sharp.sum() == 12 * 4 + 8
-    assert not whole(cut(SPHERE, 0.1)).sharp.any()
+    assert whole(cut(scenes.box(1.0, 1.0), 0.1)).groups()[2].sum() == 4
+    assert whole(cut(scenes.box(1.0, 1.0, 1.0), 0.2)).groups()[2].sum() == 12 * 4 + 8
+    assert not whole(cut(SPHERE, 0.1)).groups()[2].any()
     rims = whole(cut(CYLINDER, 0.1))
-    assert np.linalg.norm(rims.X[rims.sharp][:, :2], axis=1) == pytest.approx(1.0)
-    assert np.unique(np.round(rims.X[rims.sharp][:, 2], 9)).tolist() == [0.0, 2.0]
+    assert np.linalg.norm(rims.X[rims.groups()[2]][:, :2], axis=1) == pytest.approx(1.0)
+    assert np.unique(np.round(rims.X[rims.groups()[2]][:, 2], 9)).tolist() == [0.0, 2.0]
 
 
 @pytest.mark.parametrize("name", ["bar", "cracked square", "sphere", "tetrahedra and cubes"])
