@@ -373,8 +373,7 @@ CASES = {
     "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
-    "contact of two": lambda: cornered(),
-    "contact of two along edges": lambda: cornered(form="total-lagrangian", run={"precision": "f32"}),
+    "contact of two": lambda: cornered(form="total-lagrangian", run={"precision": "f32"}),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
     "contact with itself": lambda: scene(
         body=SLIT,

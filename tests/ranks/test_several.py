@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import wsph
-from tests.ranks.shared_cases import BESIDE, CASES, CRACKING, scene
+from tests.ranks.shared_cases import CASES, scene
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, WsphError
 
@@ -78,11 +78,6 @@ def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
     [
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
-        (
-            {"body": {"phase_field": CRACKING}, "more": BESIDE[:1], "contact": [{"between": ["b", "c"]}]},
-            Refused,
-            "body 'b': contact, a tie or a tool on a surface that can break is for one process",
-        ),
         (
             {"dim": 1, "form": "total-lagrangian", "run": {"correction": "paper"}},
             SceneError,

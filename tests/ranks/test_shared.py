@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.ranks import shape_cases, shared_cases
+from tests.ranks import broken_cases, shape_cases, shared_cases
 from tests.ranks.case_runs import case_of
 from tests.ranks.launch import launched, needs_mpi
 
@@ -21,7 +21,7 @@ GROUPS = [
     ("periodic", "relaxed", "jittered edges", "cracked kernel", "mapped", "breaking map"),
     ("breaking kernel", "breaking points", "breaking jitter", "relaxed, stopped", "edges, begun"),
     tuple(f"{each}, resumed" for each in RESUMED),
-    ("contact of two", "contact of two along edges", "contact 3D", "contact with itself"),
+    ("contact of two", "contact 3D", "contact with itself"),
     ("contact, resumed", "tie, resumed", "bodies, resumed"),
     ("relaxed bodies, stopped", "relaxed balls"),
     ("plastic, threads", "relaxed bodies, threads"),
@@ -40,17 +40,27 @@ SHAPES = [
     ("fitted bar", "fitted ball", "fitted contact, resumed"),
     ("quads", "triangles", "mixed, resumed", "quads, begun", "periodic", "fitted, periodic", "round"),
     ("hexahedra", "tetrahedra", "tied"),
-    ("fitted, breaking", "breaking, resumed"),
+    ("fitted, breaking", "breaking, resumed", "breaking, touched"),
     ("points, rates", "points of links", "points, resumed"),
     ("moving points, resumed",),
 ]
 """The same of bodies that no grid has cut."""
 
+BROKEN = [
+    ("field", "links tied"),
+    ("field tied, resumed", "links, resumed"),
+    ("field in 3D", "links in 3D"),
+]
+"""The same of bodies that break while they touch others."""
+
 FIRST = [("shared_cases", GROUPS[0]), ("shape_cases", SHAPES[0])]
-REST = [*(("shared_cases", names) for names in GROUPS[1:]), *(("shape_cases", names) for names in SHAPES[1:])]
+OTHERS = {"shared_cases": GROUPS[1:], "shape_cases": SHAPES[1:], "broken_cases": BROKEN}
+REST = [(of, names) for of, groups in OTHERS.items() for names in groups]
 
 
-@pytest.mark.parametrize(("cases", "groups"), [(shared_cases.CASES, GROUPS), (shape_cases.CASES, SHAPES)])
+@pytest.mark.parametrize(
+    ("cases", "groups"), [(shared_cases.CASES, GROUPS), (shape_cases.CASES, SHAPES), (broken_cases.CASES, BROKEN)]
+)
 def test_every_case_is_run(cases: dict[str, Any], groups: list[tuple[str, ...]]) -> None:
     assert {case_of(name) for names in groups for name in names} == set(cases)
 

@@ -274,3 +274,8 @@ def failing_together(domain: Domain) -> Generator[None]:
 def any_of(domain: Domain, flag: bool) -> bool:
     """Whether something holds in any part."""
     return flag if domain.size == 1 else bool(domain.max(np.array([flag], np.int64))[0])
+
+
+def anywhere(domain: Domain, flags: np.ndarray) -> np.ndarray:
+    """Which of some flags, bool, hold in any part, element by element."""
+    return flags if domain.size == 1 else domain.max(flags.astype(np.int8)).astype(bool)

@@ -1,11 +1,12 @@
 """Which points lie inside of a body whose cells are of no grid, in any configuration: inside of one of its cells, and as far
-below its surface as is asked."""
+below its surface as is asked. Of one that processes share each looks at its own cells."""
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import numpy as np
 
+from wsph.backend.domain import Domain, anywhere
 from wsph.geometry.gradients import face_shares
 from wsph.geometry.meshes.meshed import Meshed
 from wsph.geometry.meshes.sides import between_sides
@@ -22,18 +23,20 @@ class MeshSolid:
 
     def __init__(self, geometry: Meshed):
         self.geometry = geometry
+        self.domain, self.share = geometry.split.domain, geometry.split.nodes
 
     @property
     def places(self) -> np.ndarray:
-        """Of its particles at the start, (n, dim) [m]."""
+        """Of its particles here at the start, (n, dim) [m]."""
         return self.geometry.nodes
 
     def inside(self, points: np.ndarray, places: np.ndarray, depth: float) -> np.ndarray:
-        """Which points (k, dim) [m] lie inside where the particles are at `places` (n, dim) [m], `depth` [spacings] below
-        the surface, (k,) bool."""
+        """Which points (k, dim) [m], the same in all processes, lie inside where the particles here are at `places` (n, dim)
+        [m], `depth` [spacings] below the surface, (k,) bool."""
         found = np.zeros(len(points), bool)
-        for corners in self.geometry.mesh.blocks:
-            found |= _in_cells(points, places[corners])
+        for corners, own in zip(self.geometry.blocks, self.geometry.own_cells, strict=True):
+            found |= _in_cells(points, places[corners[own]], self.domain)
+        found = anywhere(self.domain, found)
         found[found] = ~self._near_surface(points[found], places, depth * self.geometry.spacing)
         return found
 
@@ -42,29 +45,33 @@ class MeshSolid:
         near = np.zeros(len(points), bool)
         if depth == 0.0 or not len(points):
             return near
-        faces = self.geometry.faces
-        ends = places[faces.nodes]
+        faces, own = self.geometry.faces, self.geometry.own_faces
+        ends = places[faces.nodes[own]]
         middle = ends.mean(1)
-        size = float(np.linalg.norm(ends - middle[:, None], axis=2).max()) + depth
-        _, vector = face_shares(ends, self._behind(places))
+        size = _largest(np.linalg.norm(ends - middle[:, None], axis=2), self.domain) + depth
+        _, vector = face_shares(ends, self._middles(places)[faces.cell[own]])
         normal = vector.sum(1)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         pairs = find_pairs(points / size, middle / size, 1.0)
         row, side = pairs.rows(), pairs.indices.numpy()
         height = np.einsum("ka,ka->k", points[row] - middle[side], normal[side])
         near[row[height > -depth]] = True
-        return near
+        return anywhere(self.domain, near)
 
-    def _behind(self, places: np.ndarray) -> np.ndarray:
-        """The middles of the cells that the outer sides belong to, (m, dim) [m]."""
-        middles = np.concatenate([places[corners].mean(1) for corners in self.geometry.mesh.blocks])
-        return middles[self.geometry.faces.cell]
+    def _middles(self, places: np.ndarray) -> np.ndarray:
+        """Of the cells here, (c, dim) [m]."""
+        return np.concatenate([places[corners].mean(1) for corners in self.geometry.blocks])
 
 
-def _in_cells(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Which points (k, dim) lie in one of some cells (c, corners, dim), between the planes of their sides, (k,) bool."""
+def _largest(values: np.ndarray, domain: Domain) -> float:
+    return float(domain.max(np.array(values.max(initial=0.0))))
+
+
+def _in_cells(points: np.ndarray, cells: np.ndarray, domain: Domain) -> np.ndarray:
+    """Which points (k, dim) lie in one of some cells (c, corners, dim), between the planes of their sides, (k,) bool. The
+    others of a `domain` have cells of theirs."""
     middle = cells.mean(1)
-    reach = float(np.linalg.norm(cells - middle[:, None], axis=2).max())
+    reach = _largest(np.linalg.norm(cells - middle[:, None], axis=2), domain)
     found = np.zeros(len(points), bool)
     pairs = find_pairs(points / reach, middle / reach, 1.0 + SLACK)
     row, cell = pairs.rows(), pairs.indices.numpy()

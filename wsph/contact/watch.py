@@ -13,12 +13,12 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from wsph.backend.domain import WHOLE, Domain, Share
+from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.contact.overlap import AnySolid, first_inside, solid_of
+from wsph.contact.overlap import AnySolid, bounds_of, first_inside, solid_of
 from wsph.geometry.geometry import Geometry
 from wsph.protocols import BodyTable, Waving
 from wsph.units import Scales
@@ -111,11 +111,9 @@ def _extent_kernel(space: Space, layout: Layout) -> wp.Kernel:
 class Watch:
     """The watch over all pairs of bodies that move; each is reported once. `due` is the step of the next look."""
 
-    def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool], domain: Domain = WHOLE):
+    def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool]):
         """`named`: the pairs that contact keeps apart, and whether their surfaces do, so that particles on them lie inside
-        of the other body as deep as they are pressed. `domain`: of bodies that processes share; the first of them has all
-        places at a search."""
-        self._domain = domain
+        of the other body as deep as they are pressed. Processes that share bodies look together."""
         moving = [k for k, run in enumerate(bodies) if "displacement" in run.system.state.layout]
         self._pairs = list(combinations(moving, 2))
         self._named = {pair: frozenset(bodies[k].body.name for k in pair) in named for pair in self._pairs}
@@ -143,21 +141,16 @@ class Watch:
 
     def _search(self, one: int, other: int, boxes: dict[int, "_Box"]) -> tuple[Meeting | None, float]:
         """Whether bodies whose boxes meet have run into each other, and for how long they cannot if they have not [s]."""
-        ways = {k: self._watched[k].ways() for k in (one, other)}
-        return self._domain.told(lambda: self._found(one, other, boxes, ways))
-
-    def _found(
-        self, one: int, other: int, boxes: dict[int, "_Box"], ways: dict[int, np.ndarray]
-    ) -> tuple[Meeting | None, float]:
-        """The same from the ways that all of their particles have gone."""
-        places = {k: self._watched[k].solid.places + way for k, way in ways.items()}
-        spacings = {k: self._watched[k].solid.geometry.spacing for k in (one, other)}
+        watched = {k: self._watched[k] for k in (one, other)}
+        places = {k: each.places() for k, each in watched.items()}
+        spacings = {k: each.solid.geometry.spacing for k, each in watched.items()}
         for a, b in ((one, other), (other, one)):
             depth = DEEP * max(spacings.values()) / spacings[b] if (one, other) in self._deep else None
-            particle = first_inside(places[a], self._watched[b].solid, places[b], depth)
-            if particle is not None:
-                return Meeting(a, b, particle, places[a][particle], self._named[one, other]), 0.0
-        around = [replace(boxes[k], low=places[k].min(0), high=places[k].max(0)) for k in (one, other)]
+            found = first_inside(places[a], *watched[a].part, watched[b].solid, places[b], depth)
+            if found is not None:
+                return Meeting(a, b, found.number, found.place, self._named[one, other]), 0.0
+        ends = {k: bounds_of(places[k], *each.part) for k, each in watched.items()}
+        around = [replace(boxes[k], low=low, high=high) for k, (low, high) in ends.items()]
         way = CELL * min(spacings.values())
         return None, max(_until(*around), way / float(_closing(*around).max()))
 
@@ -170,13 +163,14 @@ class _Watched:
         self._run = run
         low, high = system.position.min(0), system.position.max(0)
         self._low, self._high = system.domain.min(low), system.domain.max(high)
+        self._halo = system.domain.halo(system.share)
         self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
 
     @cached_property
     def solid(self) -> AnySolid:
-        """All of it, as something that takes up room."""
+        """It, as something that takes up room."""
         system = self._run.system
-        return solid_of(system.geometry.entire, at_nodes=len(system.position) != len(system.geometry.cell_volume))
+        return solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cell_volume))
 
     def box(self) -> "_Box":
         """A box about it, and how fast it may go (a launch and a small copy)."""
@@ -195,10 +189,17 @@ class _Watched:
             largest[3] * scales.velocity + more,
         )
 
-    def ways(self) -> np.ndarray:
-        """That its particles have gone, (n, dim) [m]: of a body that processes share all in the first of them."""
+    @property
+    def part(self) -> tuple[Share, Domain]:
+        """The part of its particles that this process has."""
+        return self._run.system.share, self._run.system.domain
+
+    def places(self) -> np.ndarray:
+        """Where its particles here are, (n, dim) [m], copies where their owners have them."""
         system = self._run.system
-        return system.domain.gathered(system.state.read("displacement")[system.share.own] * system.scales.length)
+        ways = system.state.read("displacement") * system.scales.length
+        self._halo.fill(ways)
+        return self.solid.places + ways
 
 
 @dataclass(frozen=True)

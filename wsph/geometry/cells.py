@@ -124,3 +124,19 @@ def cell_volumes(cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
         slope = np.stack([(2.0 * offsets[:, k] - 1.0) * np.delete(weight, k, 1).prod(1) for k in range(dim)], 1)
         total += np.linalg.det(np.einsum("cka,kb->cab", cells, slope)) / 2**dim
     return total
+
+
+def beside(corners: np.ndarray, nodes: np.ndarray, count: int) -> np.ndarray:
+    """Per node of some (k,), ascending, of so many, and axis of the grid the nodes before and behind it in its own cells,
+    whose `corners` are (c, 2^dim), itself where there is none, (k, dim, 2)."""
+    dim = round(np.log2(corners.shape[1]))
+    result = np.repeat(nodes[:, None], 2 * dim, 1).reshape(-1, dim, 2)
+    number, offsets = np.full(count, -1, np.int32), np.array(list(product((0, 1), repeat=dim)))
+    number[nodes] = np.arange(len(nodes))
+    corners = corners[(number[corners] >= 0).any(1)]
+    for axis in range(dim):
+        for ends in zip(*edge_ends(offsets, axis), strict=True):
+            for one, other, side in ((*ends, 1), (*ends[::-1], 0)):
+                row = number[corners[:, one]]
+                result[row[row >= 0], axis, side] = corners[row >= 0, other]
+    return result

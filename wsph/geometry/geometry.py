@@ -49,11 +49,6 @@ class Geometry:
         return Split(WHOLE, Share.all(len(self.nodes)), Share.all(len(self.cell_volume)))
 
     @property
-    def entire(self) -> "Geometry":
-        """The whole body: of one that processes share it is made anew."""
-        return self
-
-    @property
     def mean_volume(self) -> float:
         """Mean of the volumes of the points of the whole body [m^dim]."""
         return float(self.cell_volume.mean())

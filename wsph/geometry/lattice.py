@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 
 from wsph.backend.domain import WHOLE, Domain, Split, any_of
-from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
+from wsph.geometry.cells import Boxes, beside, cell_volumes, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
@@ -36,7 +36,7 @@ class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
     `bent`: a map has moved nodes; `part`, of a body that processes share, which part it is, `widened` how it is made with
-    more around it, `recut` how it was cut and how it is by other visits of pairs, and `completed` how all of it is made."""
+    more around it, and `recut` how it was cut and how it is by other visits of pairs."""
 
     frame: Grid
     index: np.ndarray
@@ -46,7 +46,6 @@ class Lattice(Geometry):
     part: Split | None = None
     widened: Callable[[tuple[int, int], tuple[int, int]], "Lattice"] | None = None
     recut: tuple[Cutting, Callable[[np.ndarray], "Lattice"]] | None = None
-    completed: Callable[[], "Lattice"] | None = None
 
     def wider(self, layers: tuple[int, int]) -> "Lattice":
         return self if self.widened is None else self.widened(layers, self.split.around)
@@ -60,10 +59,6 @@ class Lattice(Geometry):
 
     def cut_by(self, visits: np.ndarray) -> "Lattice":
         return self if self.recut is None else self.recut[1](visits)
-
-    @property
-    def entire(self) -> "Lattice":
-        return self if self.completed is None else self.completed()
 
     @property
     def split(self) -> Split:
@@ -214,14 +209,7 @@ class Lattice(Geometry):
     def neighbours(self) -> np.ndarray:
         """Per node and axis of the grid the nodes before and behind it in its own cells, itself where there is none,
         (n, dim, 2)."""
-        dim = self.index.shape[1]
-        offsets = np.array(list(product((0, 1), repeat=dim)))
-        result = np.repeat(np.arange(len(self.nodes))[:, None], 2 * dim, 1).reshape(-1, dim, 2)
-        for axis in range(dim):
-            for a, b in zip(*edge_ends(offsets, axis), strict=True):
-                result[self.corners[:, a], axis, 1] = self.corners[:, b]
-                result[self.corners[:, b], axis, 0] = self.corners[:, a]
-        return result
+        return beside(self.corners, np.arange(len(self.nodes)), len(self.nodes))
 
     @property
     def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
@@ -418,7 +406,7 @@ def slab_of(
             domain, held.nodes, held.cells, middle, low, right.layers, held.layers, right.within(held), work_of(every)
         )
         found = given(held=Held(held, part, plain))
-        return replace(found, widened=partial(made, every), recut=(cutting, cut), completed=given)
+        return replace(found, widened=partial(made, every), recut=(cutting, cut))
 
     def cut(visits: np.ndarray | None = None) -> Lattice:
         return made(cutting.slabs(visits), NOTHING, NOTHING)

@@ -315,7 +315,7 @@ class LinkDamage(Attached):
             arrays.changes(name, array)
         damage = state.struct.damage
         arrays.take("damage", damage, kept=True, reset=damage.zero_)
-        self.weight, split = seen.weight, seen.split
+        self.weight, self.damage, split = seen.weight, damage, seen.split
         self._domain, self._share = split.domain, split.particles
         self._halo = split.domain.halo(split.particles)
         self.ledger = (Entry("dissipated", lambda: self.released),)

@@ -156,6 +156,8 @@ class Attached:
     """The points' shares (m,) where the part reduces them, or None."""
     weight: Array | None = None
     """Weights of the pairs (pairs,), zero for broken ones, where pairs can break, or None."""
+    damage: Array | None = None
+    """Damage of the points at the end of the last step, (m,), that a run goes on from, where they can break, or None."""
 
     def rate(self, state: State, out: State) -> None:
         """Write the time derivatives of its own fields (launches)."""

@@ -37,7 +37,7 @@ from wsph.simulation.starting.shards import Shards
 from wsph.simulation.step_control import StepFacts
 from wsph.simulation.summary import plugins_of
 
-FIRST = b"wsph checkpoint 4\n"
+FIRST = b"wsph checkpoint 5\n"
 
 FREE = (
     ("title",),

@@ -16,7 +16,6 @@ from typing import TypedDict
 
 import numpy as np
 
-from wsph.backend.domain import Domain
 from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.doubts import doubt
@@ -176,7 +175,6 @@ class Checks:
         timeline: Timeline,
         energy: float,
         touching: Mapping[frozenset[str], bool],
-        domain: Domain,
     ):
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
         of bodies that contact keeps apart, and whether their surfaces do."""
@@ -185,7 +183,7 @@ class Checks:
         self.said: list[str] = []
         """What a run has warned of, beside its findings."""
         self.findings = Findings(bodies)
-        self.watch = Watch(bodies, touching, domain)  # pyright: ignore[reportArgumentType]
+        self.watch = Watch(bodies, touching)  # pyright: ignore[reportArgumentType]
 
     def relaxing(self, sums: Sequence[BodySums], steps: int) -> None:
         """`finite`, and in one piece with others, of a state after `steps` of a relaxation."""

@@ -101,7 +101,7 @@ def _compose(scene: Scene, domain: Domain, remade: Mapping[str, Remade]) -> Comp
     made = [standing(setting, each, space, time_step) for each in bare]
     give_back(sum(each.system.count for each in made))
     put_states(scene, made)
-    _part(scene, made, domain)
+    _part(scene, made)
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)
     joint, together = joined_bodies(setting, made, forces, time_step)
@@ -202,7 +202,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
     return alone(setting, standing(setting, bare[0], space, time_step), time_step, bounded=bounded).system
 
 
-def _part(scene: Scene, bodies: Sequence[Standing], domain: Domain) -> None:
+def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         doubt(contact.warning, stacklevel=4)
@@ -210,15 +210,11 @@ def _part(scene: Scene, bodies: Sequence[Standing], domain: Domain) -> None:
     pairs = list(combinations(range(len(bodies)), 2))
     laws = [touching.get(frozenset(bodies[k].body.name for k in pair)) for pair in pairs]
 
-    def overlaps() -> list[np.ndarray | None]:
-        solids = [solid_of(run.system.geometry.entire, at_nodes=True) for run in bodies]
-        found: list[np.ndarray | None] = []
-        for (one, other), law in zip(pairs, laws, strict=True):
-            wide = max(solids[k].geometry.spacing for k in (one, other))
-            found.append(overlapping(solids[one], solids[other], EASED.get(law or "", 0.0) * wide))
-        return found
-
-    for pair, law, place in zip(pairs, laws, domain.told(overlaps) if pairs else [], strict=True):
+    solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if pairs else []
+    for pair, law in zip(pairs, laws, strict=True):
+        one, other = (solids[k] for k in pair)
+        wide = max(one.geometry.spacing, other.geometry.spacing)
+        place = overlapping(one, other, EASED.get(law or "", 0.0) * wide)
         names = [bodies[k].body.name for k in pair]
         if place is None:
             continue

@@ -72,9 +72,9 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
     stopped. `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps;
     True shows a bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable
-    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT, SIGTERM and SIGUSR1 end
-    the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
-    `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
+    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT, SIGTERM and
+    SIGUSR1 end the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt);
+    with `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
     write into one folder at a time, of whatever processes: the later is refused (OutputError).
 
     `domain`: the part of the scene that this process has, of those that share it (`wsph.ranks.mpi.Ranks`); all of them call
@@ -156,7 +156,7 @@ class Running:
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
         touching = {frozenset(contact.names): contact.law != "pinball" for contact in scene.contact}
-        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching, composition.domain)
+        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
         self._relaxations = Relaxations(composition, self._control, self._checks)
         self._checkpoints = Checkpoints(

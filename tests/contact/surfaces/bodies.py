@@ -7,6 +7,8 @@ import numpy as np
 
 from tests import scenes
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh, surface_mesh
+from wsph.contact.surfaces.meshing.own import OwnCells
+from wsph.contact.surfaces.meshing.shell import Shell, shell_of
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import lattice
@@ -93,6 +95,12 @@ def cells_of(geometry: Geometry) -> int:
     return sum(len(corners) for corners in geometry.blocks)
 
 
+def around(geometry: Geometry, parted: np.ndarray = NONE, live: np.ndarray | None = None) -> Shell:
+    """The shell of all cells, or of those that are `live`."""
+    own = OwnCells.of(geometry)
+    return shell_of(geometry, own, np.ones(own.whole, bool) if live is None else live, parted, deep=True)
+
+
 def whole(geometry: Geometry, parted: np.ndarray = NONE) -> SurfaceMesh:
     """The surface of all cells."""
-    return surface_mesh(geometry, np.ones(cells_of(geometry), bool), parted, deep=True)
+    return surface_mesh(around(geometry, parted), deep=True)

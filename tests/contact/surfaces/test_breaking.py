@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import scenes
-from tests.contact.surfaces.bodies import BODIES, NONE, cells_of, whole
+from tests.contact.surfaces.bodies import BODIES, around, cells_of, whole
 from wsph.contact.surfaces.meshing.boundary import successors
 from wsph.contact.surfaces.meshing.mesh import area_vectors, surface_mesh
 from wsph.contact.surfaces.surface import Surface
@@ -77,8 +77,9 @@ def test_what_a_phase_field_has_broken_is_no_surface(form: str, model: str) -> N
     system, surface = broken(form, model, **FIELD)
     before = surface.mesh.X.copy()
     cells = system.geometry.cells
-    damage = system.state.struct.damage
-    column = (np.abs(cells[:, 0] - 0.4375) < 1e-9).astype(float)[:, None]
+    damage = system.attached["phase_field"].damage
+    assert damage is not None
+    column = (np.abs(cells[:, 0] - 0.4375) < 1e-9).astype(float)
     damage.assign(0.9 * column)
     assert surface.eroded() is None
     damage.assign(column)
@@ -165,7 +166,7 @@ def test_any_cells_can_die(name: str) -> None:
     """The surface of what is left is closed, its faces look out, and every vertex that stays is where it was."""
     geometry = BODIES[name]()
     live = np.random.default_rng(11).random(cells_of(geometry)) > 0.3
-    old, new = whole(geometry), surface_mesh(geometry, live, NONE, deep=True)
+    old, new = whole(geometry), surface_mesh(around(geometry, live=live), deep=True)
     vectors = area_vectors(new.X, new.faces, new.N)
     assert np.abs(vectors.sum(0)).max() < 1e-13 * new.A.sum()
     inside = (new.X[new.faces].mean(1) * vectors).sum() / new.X.shape[1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.contact.surfaces.bodies import BODIES, CUBE, MESHES, SLIT, SQUARE, cut, whole
+from tests.contact.surfaces.bodies import BODIES, CUBE, MESHES, SLIT, SQUARE, around, cut, whole
 from wsph.contact.surfaces.meshing.embedding import Embedding, embedding
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
 from wsph.contact.surfaces.meshing.sparse import SparseRows
@@ -20,7 +20,7 @@ def particles(geometry: Geometry, at_nodes: bool) -> np.ndarray:
 def made(name: str, at_nodes: bool) -> tuple[np.ndarray, SurfaceMesh, Embedding]:
     geometry: Geometry = BODIES[name]()
     mesh = whole(geometry)
-    return particles(geometry, at_nodes), mesh, embedding(geometry, mesh, at_nodes=at_nodes)
+    return particles(geometry, at_nodes), mesh, embedding(around(geometry), mesh, at_nodes=at_nodes)
 
 
 @pytest.mark.parametrize(("name", "at_nodes"), FORMS)
@@ -51,7 +51,7 @@ def test_forces_keep_power_resultant_and_moment(name: str, at_nodes: bool) -> No
 def test_a_vertex_at_its_particle_is_that(name: str) -> None:
     geometry: Geometry = BODIES[name]()
     mesh = whole(geometry)
-    found = embedding(geometry, mesh, at_nodes=True)
+    found = embedding(around(geometry), mesh, at_nodes=True)
     assert found.identity == (not mesh.moved.any())
     still = np.flatnonzero(~mesh.moved)
     own = found.B.only(still)
@@ -63,7 +63,7 @@ def test_the_force_on_the_end_of_a_bar_reaches_two_cells() -> None:
     """Three halves of it the first cell, less one half the second: a uniform stress is in equilibrium with that."""
     geometry = cut(SQUARE, 0.1)
     mesh = whole(geometry)
-    found = embedding(geometry, mesh, at_nodes=False)
+    found = embedding(around(geometry), mesh, at_nodes=False)
     end = (mesh.X[:, 0] < 1e-9).astype(float)
     end[np.flatnonzero(end)[np.abs(mesh.X[end > 0.0, 1] - 0.5) > 0.49]] = 0.5
     spread = found.B.T @ end
@@ -82,7 +82,7 @@ def test_no_vertex_sees_through_a_crack(split: bool, at_nodes: bool) -> None:
             [[np.linalg.norm(geometry.cells - [x, y], axis=1).argmin() for x in (0.45, 0.55)] for y in rows]
         )
     mesh = whole(geometry, parted)
-    found = embedding(geometry, mesh, at_nodes=at_nodes)
+    found = embedding(around(geometry, parted), mesh, at_nodes=at_nodes)
     x = particles(geometry, at_nodes)
     # Cells around the tip hang together around it.
     left = np.where(x[:, 0] < 0.5, 1.0, 0.0)
@@ -99,14 +99,14 @@ def test_no_vertex_sees_through_a_crack(split: bool, at_nodes: bool) -> None:
 def test_a_layer_of_single_cells_is_known_not_to_be_exact() -> None:
     geometry = cut({**SQUARE, "max": [1.0, 0.1]}, 0.1)
     mesh = whole(geometry)
-    assert not embedding(geometry, mesh, at_nodes=False).exact
-    assert embedding(geometry, mesh, at_nodes=True).exact
+    assert not embedding(around(geometry), mesh, at_nodes=False).exact
+    assert embedding(around(geometry), mesh, at_nodes=True).exact
 
 
 def test_rows_are_short() -> None:
     """What a vertex is made of stays around it: stability and speed rest on that."""
     geometry = cut(CUBE, 0.1)
-    B = embedding(geometry, whole(geometry), at_nodes=False).B
+    B = embedding(around(geometry), whole(geometry), at_nodes=False).B
     assert np.diff(B.offsets).max() <= 36
     assert (abs(B) @ np.ones(B.columns)).max() < 2.6
 

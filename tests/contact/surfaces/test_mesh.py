@@ -109,7 +109,7 @@ def test_both_banks_of_a_crack_have_vertices_of_their_own(split: bool) -> None:
     assert counts.tolist() == [2, 2, 2, 2, 2, 1]
     assert mesh.A.sum() == pytest.approx(5.0)
     tip = np.flatnonzero(on & (np.abs(mesh.X[:, 1] - 0.5) < 1e-12))
-    assert mesh.sharp[tip].all()
+    assert mesh.groups()[2][tip].all()
     # The last cells of both banks share the tip, and do not hang together there.
     joins = {tuple(pair) for pair in mesh.boundary.joins.tolist()}
     assert not any(tuple(pair) in joins for pair in parted.tolist())
@@ -125,18 +125,18 @@ def test_cells_that_meet_at_a_corner_alone_have_a_vertex_each() -> None:
 
 
 def test_edges_and_corners_are_sharp_and_round_sides_are_not() -> None:
-    assert whole(cut(scenes.box(1.0, 1.0), 0.1)).sharp.sum() == 4
-    assert whole(cut(scenes.box(1.0, 1.0, 1.0), 0.2)).sharp.sum() == 12 * 4 + 8
-    assert not whole(cut(SPHERE, 0.1)).sharp.any()
+    assert whole(cut(scenes.box(1.0, 1.0), 0.1)).groups()[2].sum() == 4
+    assert whole(cut(scenes.box(1.0, 1.0, 1.0), 0.2)).groups()[2].sum() == 12 * 4 + 8
+    assert not whole(cut(SPHERE, 0.1)).groups()[2].any()
     rims = whole(cut(CYLINDER, 0.1))
-    assert np.linalg.norm(rims.X[rims.sharp][:, :2], axis=1) == pytest.approx(1.0)
-    assert np.unique(np.round(rims.X[rims.sharp][:, 2], 9)).tolist() == [0.0, 2.0]
+    assert np.linalg.norm(rims.X[rims.groups()[2]][:, :2], axis=1) == pytest.approx(1.0)
+    assert np.unique(np.round(rims.X[rims.groups()[2]][:, 2], 9)).tolist() == [0.0, 2.0]
 
 
 @pytest.mark.parametrize("name", ["bar", "cracked square", "sphere", "tetrahedra and cubes"])
 def test_groups_are_the_faces_around_a_corner_that_meet_it_smoothly(name: str) -> None:
     mesh = whole(BODIES[name]())
-    starts, smooth = mesh.groups
+    starts, smooth, _ = mesh.groups()
     dim = mesh.faces.shape[1]
     for corner in np.random.default_rng(3).integers(0, mesh.faces.size, 40):
         face = corner // dim

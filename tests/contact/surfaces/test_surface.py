@@ -76,7 +76,7 @@ def rate_of(surface: Surface, system: OneSetSystem) -> State:
 
 def corner_normals(surface: Surface, x: np.ndarray, area: np.ndarray) -> np.ndarray:
     """At every corner the area vectors of its faces over the squares of their edges there (Max 1999)."""
-    starts, smooth = surface.mesh.groups
+    starts, smooth, _ = surface.mesh.groups()
     faces = surface.mesh.faces
     corner = np.repeat(faces.ravel(), np.diff(starts))
     edges = x[faces[smooth]] - x[corner][:, None]

@@ -34,7 +34,7 @@ class Attention:
     placed  # vertices that have places: of all faces below
     turned  # faces that have area vectors: all around the vertices that laws see
     smooth  # faces whose corners have normals: those that laws see
-    pushed  # particles, of the `support`, that forces on the vertices that laws see reach, of those that are here
+    pushed  # particles, of the `support`, that forces on the vertices that laws see reach
     columns # particles, of all that the surface hangs on, that the places take, ascending
     """
 
@@ -49,12 +49,12 @@ def attention(
     mesh: SurfaceMesh,
     B: SparseRows,
     support: np.ndarray,
-    here: np.ndarray,
+    stands: np.ndarray,
     seen: tuple[np.ndarray, np.ndarray],
     arrays: Arrays,
 ) -> Attention:
-    """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles that forces can reach; `here`
-    (columns,) bool: those that are here."""
+    """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles here that forces can reach;
+    `stands` (columns,): where those of B are among the particles here, -1 for those that are not."""
 
     def rows(name: str, each: np.ndarray) -> Rows:
         return Rows(each, arrays.of(name, each.astype(np.int32), wp.int32))
@@ -63,8 +63,8 @@ def attention(
     vertices = among(n, seen[0], mesh.faces[smooth])
     turned = among(len(mesh.faces), mesh.around[spread(mesh.starts, vertices)[1]])
     placed = among(n, vertices, mesh.faces[turned])
-    felt = among(B.columns, B.only(vertices).indices)
-    pushed = np.searchsorted(support, felt[here[felt]])
+    felt = stands[among(B.columns, B.only(vertices).indices)]
+    pushed = np.searchsorted(support, felt[felt >= 0])
     return Attention(
         rows("placed", placed),
         rows("turned", turned),

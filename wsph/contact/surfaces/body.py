@@ -2,14 +2,14 @@
 
 # pyright: strict
 
+from collections.abc import Mapping
 from typing import Protocol
-
-import numpy as np
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.contact.touched import TouchedSystem
 from wsph.geometry.geometry import Geometry
+from wsph.parts.part import Attached
 from wsph.protocols import Traits
 
 
@@ -41,13 +41,11 @@ class SurfacedSystem(TouchedSystem, Protocol):
     def form(self) -> SurfacedForm: ...
 
     @property
+    def attached(self) -> Mapping[str, Attached]:
+        """Its parts on the device, by their keys."""
+        ...
+
+    @property
     def breaks(self) -> bool:
         """Whether the body can break."""
         ...
-
-
-def all_places(system: SurfacedSystem, whole: Geometry) -> np.ndarray:
-    """Where all particles of a body are at the start, of all processes, (n, dim) [m]; `whole` is its geometry."""
-    if whole is system.geometry:
-        return system.position
-    return whole.nodes if system.position is system.geometry.nodes else whole.cells

@@ -31,17 +31,15 @@ class Carriers:
         """A matrix (vertices, particles of the whole body) as one over these particles."""
         return B
 
-    def stands(self, particles: np.ndarray) -> np.ndarray:
-        """Where some of them (k,) stand among the particles of the body that are here; -1 for those that are not."""
-        return particles
+    def stands(self, k: int) -> np.ndarray:
+        """Where all k of them stand among the particles of the body that are here, (k,); -1 for those that are not."""
+        return np.arange(k)
 
-    def here(self, k: int) -> np.ndarray:
-        """Which of all k of them are here, (k,) bool."""
-        return np.ones(k, bool)
-
-    def part(self, particles: np.ndarray) -> Share:
-        """The part of some of them (k,), ascending, that is this process's own; all are held."""
-        return Share.all(len(particles))
+    def support(self, B: SparseRows, *, every: bool) -> tuple[np.ndarray, Share]:
+        """Those that are here, (s,), ascending, by where they stand among the particles here, and the share that they are of
+        all; `every`: of all particles of the body."""
+        rows = np.arange(B.columns) if every else np.unique(B.indices)
+        return rows, Share.all(len(rows))
 
     def attend(self, columns: np.ndarray) -> None:
         """From now on bring `columns` (j,), ascending, up to date, of all. All processes that share the body attend
@@ -95,15 +93,15 @@ class SharedCarriers(Carriers):
         self._v: Array = wp.zeros(len(which), dtype=vec, device=device)
         return SparseRows(B.offsets, np.searchsorted(which, B.indices), B.values, len(which))
 
-    def stands(self, particles: np.ndarray) -> np.ndarray:
-        return self._stands[particles]
+    def stands(self, k: int) -> np.ndarray:
+        return self._stands
 
-    def here(self, k: int) -> np.ndarray:
-        return self._stands >= 0
-
-    def part(self, particles: np.ndarray) -> Share:
-        low, high = np.searchsorted(particles, [self._share.low, self._share.high])
-        return Share(len(particles), 0, len(particles), int(low), int(high))
+    def support(self, B: SparseRows, *, every: bool) -> tuple[np.ndarray, Share]:
+        if every:
+            return np.arange(self._system.count), self._system.share
+        here = np.flatnonzero(self._stands >= 0)
+        first = int(here[0]) if len(here) else 0
+        return self._stands[here], Share(B.columns, first, len(here), self._share.low, self._share.high)
 
     def attend(self, columns: np.ndarray) -> None:
         own = self._share.owns(columns)

@@ -16,12 +16,13 @@ from wsph.backend.domain import WHOLE, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
-from wsph.contact.surfaces.body import SurfacedSystem, all_places
+from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.fields import surface_fields
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.reading import LawNumbers
 from wsph.contact.surfaces.surface import Surface
 from wsph.protocols import Entry, Stepped
+from wsph.ranks.blocks import own_mean
 from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
@@ -295,13 +296,12 @@ def coupled(
     if not (scene.contact or scene.tools):
         return None
     systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}
-    wholes = {name: system.geometry.entire for name, system in systems.items()}
-    origin = np.mean([all_places(system, wholes[name]).mean(0) for name, system in systems.items()], axis=0)
+    origin = np.mean([own_mean(each.position, each.share, each.domain) for each in systems.values()], axis=0)
     surfaces: dict[str, Surface] = {}
 
     def surface(name: str) -> Surface:
         if name not in surfaces:
-            surfaces[name] = Surface(name, systems[name], origin, lagged=once, whole=wholes[name])
+            surfaces[name] = Surface(name, systems[name], origin, lagged=once)
         return surfaces[name]
 
     domain = next((system.domain for system in systems.values() if system.domain.size > 1), WHOLE)

@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host, put
-from wsph.backend.domain import Share
+from wsph.backend.domain import Share, any_of
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Rows, attention
@@ -25,11 +25,13 @@ from wsph.contact.surfaces.kernels import area_kernel, normal_kernel, note_kerne
 from wsph.contact.surfaces.meshing.boundary import successors
 from wsph.contact.surfaces.meshing.embedding import embedding
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh, area_vectors, surface_mesh
+from wsph.contact.surfaces.meshing.own import OwnCells
+from wsph.contact.surfaces.meshing.shell import shell_of
 from wsph.contact.surfaces.meshing.sparse import SparseRows
 from wsph.contact.surfaces.struct import SurfaceArrays, surface_struct
 from wsph.contact.surfaces.work import SurfaceWork
 from wsph.errors import Refused
-from wsph.geometry.geometry import Geometry
+from wsph.ranks.blocks import own_sum
 from wsph.sph.rows import rows_struct
 
 THIN = (0.1, 1.5, 2.0)
@@ -61,17 +63,17 @@ class Surface:
 
     mesh: SurfaceMesh
     B: SparseRows
+    _live: np.ndarray
+    _torn: np.ndarray
     struct: SurfaceArrays
     force: Array
 
-    def __init__(
-        self, name: str, system: SurfacedSystem, origin: np.ndarray, *, lagged: bool, whole: Geometry | None = None
-    ) -> None:
+    def __init__(self, name: str, system: SurfacedSystem, origin: np.ndarray, *, lagged: bool) -> None:
         """About `origin` (dim,) [m], which all bodies share. `lagged`: velocities are the ways of the last step over its
-        length, for methods with one evaluation at the end of the step; otherwise those of the state that is evaluated.
-        `whole`: the geometry of all of the body. Raises Refused for a body without cells."""
-        geometry, scales = whole or system.geometry.entire, system.scales
-        if not len(geometry.faces.cell):
+        length, for methods with one evaluation at the end of the step; otherwise those of the state that is evaluated. All
+        processes that share the body make it together. Raises Refused for a body without cells."""
+        geometry, scales, domain = system.geometry, system.scales, system.domain
+        if not any_of(domain, len(geometry.faces.cell) > 0):
             raise Refused(
                 f"body {name!r}: its particles have no cells between them, and so no surface: use pinball contact"
             )
@@ -82,42 +84,59 @@ class Surface:
         self.wave_speed = system.constitutive.wave_speed / scales.velocity
         self.carries = AVERAGED if system.form.averaged else 1.0
         self.modulus, self.impedance = system.density * self.wave_speed**2, system.density * self.wave_speed
-        volume = geometry.node_volume if self._at_nodes else geometry.cell_volume
-        cube = float(volume.mean()) ** (1.0 / self._space.dim) / scales.length
-        self.spacing = cube if geometry.mapped else system.spacing / scales.length
-        self.least_side = float(np.ptp(geometry.nodes, axis=0).min()) / scales.length
+        self.spacing = (self._mean_edge() if geometry.mapped else system.spacing) / scales.length
+        low, high = domain.min(geometry.nodes.min(0)), domain.max(geometry.nodes.max(0))
+        self.least_side = float((high - low).min()) / scales.length
         self.arrays = Arrays(self._clock.device)
-        self._breaking = Breaking(system, geometry, at_nodes=self._at_nodes)
-        self._live, self._parted = self._breaking.live(), self._breaking.parted()
-        self._make(geometry)
-        self.mass: np.ndarray = self._carriers.rows(system.density * system.volume)
-        self.free: np.ndarray = self._carriers.rows(system.free_components.reshape(-1, self._space.dim))
+        self._own = OwnCells.of(geometry)
+        self._breaking = Breaking(system, self._own, at_nodes=self._at_nodes)
+        self._live, self._torn = self._breaking.live(), self._breaking.torn()
+        self._make()
         # Which particles forces can reach changes where cells can die.
-        support = np.arange(len(self.mass)) if system.breaks else np.unique(self.B.indices)
-        self._work = SurfaceWork(support, self._space, self.arrays.part("work"), self._carriers, system.domain)
-        self._stands: Array = self.arrays.of("stands", self._carriers.stands(support).astype(np.int32), wp.int32)
-        share = (1.0 / self.mass[support]).astype(self._space.numpy)
-        self._share: Array = self.arrays.of("share", share, self._space.scalar)
-        self._back = self._rows_of("back", self.B.T.only(support))
+        support, share = self._carriers.support(self.B, every=system.breaks)
+        self._work = SurfaceWork(support, share, self._space, self.arrays.part("work"), domain)
+        each = (1.0 / (system.density * system.volume)[support]).astype(self._space.numpy)
+        self._share: Array = self.arrays.of("share", each, self._space.scalar)
+        self._back = self._rows_of("back", self._to_support())
         if system.breaks:
-            self._flags: Array = self.arrays.changes(
-                "alive", wp.array(self._flagged(), dtype=wp.int32, device=self._clock.device)
-            )
+            self._flags = [
+                self.arrays.changes(name, wp.array(flags, dtype=wp.int32, device=self._clock.device))
+                for name, flags in self._flagged().items()
+            ]
         every = np.arange(self.n), np.arange(self.m)
         self.attend(*every)
 
-    def _flagged(self) -> np.ndarray:
-        return self._breaking.flags(self._live, self._parted)
+    def _mean_edge(self) -> float:
+        """The edge of a cube of the mean volume of the particles [m]."""
+        geometry, split = self._system.geometry, self._system.geometry.split
+        volume = geometry.node_volume if self._at_nodes else geometry.cell_volume
+        share = split.particles(at_nodes=self._at_nodes)
+        return (own_sum(volume, share, split.domain) / share.whole) ** (1.0 / self._space.dim)
 
-    def _make(self, geometry: Geometry) -> None:
+    def _flagged(self) -> dict[str, np.ndarray]:
+        """What is alive of its own cells, and which of its own joins are torn, as numbers that are kept, by their names."""
+        found = {"alive": self._live[self._own.order].astype(np.int32)}
+        return found | ({"torn": self._torn.astype(np.int32)} if self._breaking.joins.whole else {})
+
+    def _to_support(self) -> SparseRows:
+        """From vertices to the particles of the support, as rows of these."""
+        B, support = self.B, self._work.support
+        there = np.flatnonzero(self._stands[B.indices] >= 0)
+        entries = np.searchsorted(support, self._stands[B.indices[there]]), B.rows[there], B.values[there]
+        return SparseRows.of(entries, (len(support), B.shape[0]))
+
+    def _make(self) -> None:
         """The mesh of the live cells, and its arrays."""
-        space, of = self._space, self.arrays.of
+        space, of, geometry, deep = self._space, self.arrays.of, self._system.geometry, not self._at_nodes
         length = self._system.scales.length
-        self.mesh = mesh = surface_mesh(geometry, self._live, self._parted, deep=not self._at_nodes)
-        made = embedding(geometry, mesh, at_nodes=self._at_nodes)
+        shell = shell_of(geometry, self._own, self._live, self._breaking.parted(self._torn), deep=deep)
+        self.mesh = mesh = surface_mesh(shell, deep=deep)
+        made = embedding(shell, mesh, at_nodes=self._at_nodes)
         self.B = self._carriers.hang(made.B)  # pyright: ignore[reportConstantRedefinition]
-        self._at_hand = self._carriers.here(self.B.columns)
-        self.here = np.bincount(self.B.rows, self._at_hand[self.B.indices], len(mesh.X)) > 0.0
+        self._stands = self._carriers.stands(self.B.columns)
+        self.mass: np.ndarray = self._carriers.rows(self._system.density * self._system.volume)
+        self.free: np.ndarray = self._carriers.rows(self._system.free_components.reshape(-1, space.dim))
+        self.here = np.bincount(self.B.rows, self._stands[self.B.indices] >= 0, len(mesh.X)) > 0.0
         self.exact, self._identity = made.exact, made.identity
         self._sizes = abs(self.B), abs(self.B).T
         self.n, self.m = len(mesh.X), len(mesh.faces)
@@ -137,8 +156,9 @@ class Surface:
         self.struct.normal = of("normal", np.repeat(mesh.N, space.dim, axis=0), space.vec)
         self.struct.starts = of("starts", mesh.starts.astype(np.int32), wp.int32)
         self.struct.around = of("around", mesh.around.astype(np.int32), wp.int32)
-        self.struct.sharp = of("sharp", mesh.sharp.astype(np.int32), wp.int32)
-        self._groups = tuple(of(f"groups{k}", each.astype(np.int32), wp.int32) for k, each in enumerate(mesh.groups))
+        *groups, sharp = mesh.groups()
+        self.struct.sharp = of("sharp", sharp.astype(np.int32), wp.int32)
+        self._groups = tuple(of(f"groups{k}", each.astype(np.int32), wp.int32) for k, each in enumerate(groups))
         self._forth = self._rows_of("forth", self.B)
 
     def _rows_of(self, name: str, matrix: SparseRows) -> object:
@@ -154,13 +174,13 @@ class Surface:
         with those that are near anything. Between steps."""
         support = self._work.support
         arrays = self.arrays.part("seen")
-        self._seen = attention(self.mesh, self.B, support, self._at_hand, (vertices, faces), arrays)
+        self._seen = attention(self.mesh, self.B, support, self._stands, (vertices, faces), arrays)
         self._carriers.attend(self._seen.columns)
         self.force.zero_()
         self.bring(self._last)
         self.place(self._last)
         self._note()
-        self._work.attend(self._seen, self._carriers.rows(host(self._last.struct.displacement)))
+        self._work.attend(self._seen, host(self._last.struct.displacement))
 
     def start(self, state: State) -> None:
         """Take a state, and the forces that were spread in it, as those at the start of the run: there is no work yet
@@ -186,7 +206,7 @@ class Surface:
 
     def spread(self, rate: State) -> None:
         """Add the accelerations of the forces to the rate of the particles' velocities (a launch)."""
-        inputs = [self._stands, self._back, self._share, self.force]
+        inputs = [self._work.particle, self._back, self._share, self.force]
         outputs = [rate.struct.velocity, self._work.load]
         self._over(spread_kernel(self._space), self._seen.pushed, inputs, outputs)
 
@@ -247,22 +267,23 @@ class Surface:
         old vertex, -1 where it is gone, (old n,). None where nothing has changed. The caller attends again."""
         if not self._system.breaks:
             return None
-        live, parted = self._breaking.live(), self._breaking.parted()
-        if len(parted) == len(self._parted) and (live == self._live).all():
-            return None
-        return self.remesh(live, parted)
+        return self.remesh(self._breaking.live(), self._breaking.torn())
 
-    def remesh(self, live: np.ndarray, parted: np.ndarray | None = None) -> np.ndarray:
-        """Remake the surface: of the cells that are `live` (c,) bool, without those joins of cells that are `parted`
-        (k, 2), pairs of cells. Returns the row of every old vertex, -1 where it is gone, (old n,)."""
+    def remesh(self, live: np.ndarray, torn: np.ndarray | None = None) -> np.ndarray | None:
+        """The same where of its own cells those are left that are `live` (own,) bool, and of its own joins of cells those
+        are `torn` (j,) bool; by default those that are so far."""
         if not self._system.breaks:
             raise RuntimeError(f"body {self.name!r} cannot break")
+        torn = self._torn if torn is None else torn
+        changed = bool((live != self._live).any() or (torn != self._torn).any())
+        if not any_of(self._system.domain, changed):
+            return None
         old = self.mesh.boundary
-        self._live = live
-        self._parted = self._parted if parted is None else parted
-        self._make(self._system.geometry)
-        put(self._flags, self._flagged())
-        self._back = self._rows_of("back", self.B.T.only(self._work.support))
+        self._live, self._torn = live, torn
+        self._make()
+        for array, flags in zip(self._flags, self._flagged().values(), strict=True):
+            put(array, flags)
+        self._back = self._rows_of("back", self._to_support())
         self.attend(np.arange(self.n), np.arange(self.m))
         return successors(old, self.mesh.boundary)
 
@@ -272,11 +293,16 @@ class Surface:
 
     def shares(self) -> dict[str, Share]:
         """The parts of these that this process has."""
-        return {f"work.{name}": share for name, share in self._work.shares().items()}
+        found = {f"work.{name}": share for name, share in self._work.shares().items()}
+        own = {"alive": self._own.share, "torn": self._breaking.joins}
+        return found | {name: share for name, share in own.items() if name in self.arrays.kept}
 
     def as_kept(self, values: Mapping[str, np.ndarray]) -> np.ndarray | None:
-        """Be the surface that a run had when it kept `values`, before these are put back. As `eroded`."""
-        flags = values.get("alive")
-        if flags is None or not self._system.breaks or np.array_equal(flags, self._flagged()):
+        """Be the surface that a run had when it kept `values` of all processes, before these are put back. As `eroded`."""
+        if not self._system.breaks or any(values.get(name) is None for name in self._flagged()):
             return None
-        return self.remesh(*self._breaking.flagged(flags))
+        live, torn = np.zeros(len(self._live), bool), self._torn
+        live[self._own.order] = values["alive"][self._own.share.window] != 0
+        if "torn" in values:
+            torn = values["torn"][self._breaking.joins.window] != 0
+        return self.remesh(live, torn)

@@ -13,7 +13,6 @@ from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Attention
-from wsph.contact.surfaces.carriers import Carriers
 
 
 @cache
@@ -45,21 +44,21 @@ def _work_kernel(space: Space) -> wp.Kernel:
 
 
 class SurfaceWork:
-    """Work on the s particles that forces on a surface can reach, the `support`, each by itself: a process has that on those
-    that are here.
+    """Work on the s particles here that forces on a surface can reach, the `support`, each by itself: right on those that
+    are this process's own, its `share` of all.
 
-    particle  # (s,) int32
+    particle  # where they stand among the particles here, (s,) int32
     load      # forces of the last evaluation, (s,) vec
     _work     # so far, (s,) float64, nondimensional
     _before   # forces at the end of the last step, (s,) vec
     _place    # displacements there, (s,) vec
     """
 
-    def __init__(self, support: np.ndarray, space: Space, arrays: Arrays, carriers: Carriers, domain: Domain = WHOLE):
-        self._space, self._carriers, self._domain = space, carriers, domain
+    def __init__(self, support: np.ndarray, share: Share, space: Space, arrays: Arrays, domain: Domain = WHOLE):
+        self._space, self._share, self._domain = space, share, domain
         self._attention: Attention | None = None
         self.support = support
-        s, self._share = len(support), carriers.part(support)
+        s = len(support)
         self._work = arrays.zeros("work", s, wp.float64, kept=True)
         self.particle: Array = arrays.of("support", support.astype(np.int32), wp.int32)
         self.load: Array = arrays.zeros("load", s, space.vec)
@@ -67,8 +66,8 @@ class SurfaceWork:
         self._place: Array = arrays.zeros("place", s, space.vec)
 
     def attend(self, attention: Attention, u: np.ndarray) -> None:
-        """Go over what is pushed alone; the rest feels nothing. `u` (particles, dim), displacements at the end of the last
-        step."""
+        """Go over what is pushed alone; the rest feels nothing. `u` (n, dim), displacements of the particles here at the
+        end of the last step."""
         self._attention = attention
         self._place.assign(u[self.support])
         for array in (self.load, self._before):
@@ -81,7 +80,7 @@ class SurfaceWork:
         seen = self._attention
         if seen is None:
             raise RuntimeError("nothing is attended to yet")
-        inputs = [seen.pushed.device, self.particle, self.load, self._carriers.displacement(state)]
+        inputs = [seen.pushed.device, self.particle, self.load, state.struct.displacement]
         outputs = [self._before, self._place, self._work]
         if seen.pushed.count:
             clock.launch(_work_kernel(self._space), seen.pushed.count, inputs, outputs)

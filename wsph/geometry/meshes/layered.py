@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar, cast
-from weakref import ref
 
 import numpy as np
 
@@ -34,23 +33,18 @@ class Whole:
 @dataclass(frozen=True)
 class Layered(Geometry):
     """A body whose nodes and points stand layer by layer; of one that processes share `of` which it is a part, `part` which
-    part it is, `widened` how it is made with more around it, `recut` how it was cut and how it is by other visits of pairs,
-    and `completed` how all of it is made."""
+    part it is, `widened` how it is made with more around it, and `recut` how it was cut and how it is by other visits of
+    pairs."""
 
     layers: Layers = field(kw_only=True)
     of: Whole | None = field(default=None, kw_only=True)
     part: Split | None = field(default=None, kw_only=True)
     widened: "Callable[[tuple[int, int], tuple[int, int]], Layered] | None" = field(default=None, kw_only=True)
     recut: "tuple[Cutting, Callable[[np.ndarray], Layered]] | None" = field(default=None, kw_only=True)
-    completed: "Callable[[], Layered] | None" = field(default=None, kw_only=True)
 
     @property
     def split(self) -> Split:
         return super().split if self.part is None else self.part
-
-    @property
-    def entire(self) -> "Layered":
-        return self if self.completed is None else self.completed()
 
     def wider(self, layers: tuple[int, int]) -> "Layered":
         return self if self.widened is None else self.widened(layers, self.split.around)
@@ -137,7 +131,6 @@ def shared(
     makes all of the body, once, and keeps it for those that ask for more of it. Raises TooFew, and in all processes what the
     first one meets."""
     known: list[tuple[L, Whole]] = []
-    made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
 
     def cutting(layers: Layers) -> Cutting:
         return Cutting(layers, domain.size, reach, who, loads)
@@ -152,13 +145,6 @@ def shared(
             return [(body.cut(mine, of), mine, right) for mine in held]
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
-
-    def whole() -> Layered:
-        body = known[0][0] if known else made_again[0]() if made_again else None
-        if body is None:
-            body = make()
-            made_again[:] = [ref(body)]
-        return body
 
     def made(visits: np.ndarray | None, window: tuple[int, int], around: tuple[int, int]) -> L:
         windows = domain.joined(np.array([[window, around]]))
@@ -177,7 +163,7 @@ def shared(
             work=work_of(every),
         )
         again = cutting(part.layers), cut
-        return cast(L, replace(part, part=split, widened=partial(made, visits), recut=again, completed=whole))
+        return cast(L, replace(part, part=split, widened=partial(made, visits), recut=again))
 
     def cut(visits: np.ndarray | None = None) -> L:
         return made(visits, NOTHING, NOTHING)

@@ -198,8 +198,8 @@ class PhaseDamage(Attached):
         arrays: Arrays,
         laplacian: np.ndarray | None = None,
     ):
-        """`toughness` and `length` nondimensional, and so is `laplacian`, c of each point of the whole body (m,), where
-        cells differ; evaluations write the damage to `state`. Beside `phase` the device has
+        """`toughness` and `length` nondimensional, and so is `laplacian`, c of each point here (m,), where cells
+        differ; evaluations write the damage to `state`. Beside `phase` the device has
 
         _reached   # places that pairs see and that have damage, int32: (m,) points or (n,) nodes
         _opened    # psi+ of every point at the end of the last step, (m,), nondimensional
@@ -209,9 +209,10 @@ class PhaseDamage(Attached):
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
         self._domain, self._points = seen.split.domain, seen.split.points
-        whole = self._alike() if laplacian is None else laplacian
-        scale = float(np.mean(whole))
-        self.laplacian = whole if laplacian is None else laplacian[self._points.window]
+        # Pairs of copies see places that nobody here has: they are told what is seen there.
+        self._halo = self._domain.halo(self._points if seen.back is None else seen.split.particles)
+        self.laplacian = self._alike() if laplacian is None else laplacian
+        scale = self._mean(self.laplacian)
         first = model == "AT1"
         phase = phase_struct(space)()
         phase.per_energy = real((16.0 / 3.0 if first else 2.0) * length / toughness)
@@ -223,8 +224,6 @@ class PhaseDamage(Attached):
         if seen.back is not None:
             phase.seen = arrays.zeros("seen", seen.back.targets, real)
             self._reached = arrays.zeros("reached", seen.back.targets, wp.int32)
-        # Pairs of copies see places that nobody here has: they are told what is seen there.
-        self._halo = self._domain.halo(self._points if seen.back is None else seen.split.particles)
         sums = np.bincount(seen.pairs.rows(), seen.weight.numpy().astype(float), n)
         # Sums of weights over points' own c have that of a point over the mean one in them.
         phase.weights = arrays.of("weights", sums * (self.laplacian / scale), real)
@@ -232,14 +231,23 @@ class PhaseDamage(Attached):
         self._opened = arrays.zeros("opened", n, real, kept=True)
         self._released = arrays.zeros("released", n, real, kept=True)
         self.response = self._phase = phase
+        self.damage = phase.damage
         self._rows = rows_of(space, seen.pairs, seen.weight)
         self.ledger = (Entry("dissipated", lambda: self.released),)
+
+    def _mean(self, numbers: float | np.ndarray) -> float:
+        """The mean over all points of the body of numbers (m,) of those here, or of one that all have."""
+        if isinstance(numbers, float):
+            return numbers
+        return own_sum(numbers, self._points, self._domain) / self._points.whole
 
     def _alike(self) -> float:
         """c of points inside: those at faces and notches see less."""
         seen = self._seen
         split = seen.split
-        spread = seen.spread if seen.back is None else squares(seen, seen.points.centre.numpy().astype(float))
+        spread = (
+            seen.spread if seen.back is None else squares(seen, seen.points.centre.numpy().astype(float), self._halo)
+        )
         whole = split.domain.gathered(spread[split.points.own])
         most = split.domain.told(lambda: float(np.median(whole[whole > 0.999 * np.quantile(whole, 0.9)])))
         return self._space.dim / most
@@ -286,7 +294,7 @@ class PhaseDamage(Attached):
 
     def _surface_energy(self) -> float:
         d, volume = self._phase.damage.numpy().astype(float), self._seen.points.volume.numpy().astype(float)
-        gradient = self.laplacian * squares(self._seen, d[:, None]) * self.length
+        gradient = self.laplacian * squares(self._seen, d[:, None], self._halo) * self.length
         first = self.model == "AT1"
         each = volume * ((d if first else d * d) / self.length + gradient)
         return (0.375 if first else 0.5) * self.toughness * own_sum(each, self._points, self._domain)

@@ -65,10 +65,10 @@ class PhaseField(Part):
             self._sight(host)
 
     def _sight(self, host: Host) -> Sight:
-        """What points of all of the body see where cells differ. Raises Refused where that is too little, or too unlike in
+        """What the points here see where cells differ. Raises Refused where that is too little, or too unlike in
         its directions."""
         try:
-            found = sight_of(host.geometry.entire)
+            found = sight_of(host.geometry)
         except ValueError as error:
             raise Refused(f"body {host.name!r}: phase_field: {error}") from None
         if found.skew > SKEW:

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.backend.domain import any_of
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.gradients import PointRows
+from wsph.ranks.blocks import own_sum
 
 WHOLE = 2.0
 """tr T_p over the mean square distance of the corners from their middle, of the cells of a grid."""
@@ -33,82 +34,125 @@ ROUNDS = 3
 
 @dataclass(frozen=True)
 class Sight:
-    """`laplacian` c_p (m,) [1/m2]; `skew`: 1 - sqrt(t) of the direction that is seen least some cells around, the mean over
-    the volume."""
+    """`laplacian` c_p (m,) [1/m2] of the points here; `skew`: 1 - sqrt(t) of the direction that is seen least some cells
+    around, the mean over the volume of the whole body."""
 
     laplacian: np.ndarray
     skew: float
 
 
+class _Points:
+    """The m points that are here of a body, with as much around them as theirs see, and what they see: the `nodes` (e,) of
+    each `point` (e,). What depends on points around is right on a process's own until the others are `told`."""
+
+    def __init__(self, geometry: Geometry):
+        low, high = geometry.split.layers
+        self.wide = wide = geometry.wider((low - 1, high + 1))
+        self.share, self.domain = wide.split.points, wide.split.domain
+        rows = wide.rows
+        self.many = np.diff(rows.offsets)
+        self.point, self.nodes = np.repeat(np.arange(len(self.many)), self.many), rows.indices
+        self.m, self.n = len(self.many), len(wide.nodes)
+        self.held = np.ones(self.m, bool) if rows.held is None else rows.held
+        self.inside = ~np.logical_or.reduceat(wide.on_face[rows.indices], rows.offsets[:-1])
+        self._halo = self.domain.halo(self.share)
+
+    def told(self, values: np.ndarray) -> np.ndarray:
+        """Values (m, k) as their owners have them."""
+        found = np.ascontiguousarray(values, float)
+        self._halo.fill(found)
+        return found
+
+    def at_nodes(self, values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Sums (n, k) over the points around each node of numbers (m, k) of theirs, times weights (e,)."""
+        sums = [np.bincount(self.nodes, weight * column[self.point], self.n) for column in values.T]
+        return np.stack(sums, 1)
+
+    def at_points(self, values: np.ndarray, weight: np.ndarray | float = 1.0) -> np.ndarray:
+        """Sums (m, k) over the nodes that each point sees of numbers (n, k) of theirs, times weights (e,)."""
+        sums = [np.bincount(self.point, weight * column[self.nodes], self.m) for column in values.T]
+        return np.stack(sums, 1)
+
+    def any(self, flags: np.ndarray) -> bool:
+        """Whether any of the points of the body has a flag (m,) bool."""
+        return any_of(self.domain, bool(flags[self.share.own].any()))
+
+    def mean(self, values: np.ndarray, weight: np.ndarray) -> float:
+        """The mean of numbers (m,) of all points of the body by their weights (m,)."""
+        total = own_sum(weight, self.share, self.domain)
+        return own_sum(values * weight, self.share, self.domain) / total
+
+
 def sight_of(geometry: Geometry) -> Sight:
-    """What the points of a body see that see the corners of their own cells. Raises ValueError for one so thin that no point
-    on an edge has a whole neighbourhood."""
-    rows, dim = geometry.rows, geometry.nodes.shape[1]
-    many = np.diff(rows.offsets)
-    m, weight = len(many), 1.0 / np.repeat(many, many)
-    point = np.repeat(np.arange(m), many)
-    place = geometry.nodes - geometry.nodes.mean(0)
-    centre = _summed(point, weight[:, None] * place[rows.indices], m)
-    tensor = _tensor(rows, point, weight, centre, len(place))
+    """What the points of a body see that see the corners of their own cells; all processes that share it ask together.
+    Raises ValueError for one so thin that no point on an edge has a whole neighbourhood."""
+    seen = _Points(geometry)
+    wide, dim = seen.wide, geometry.nodes.shape[1]
+    weight = 1.0 / np.repeat(seen.many, seen.many)
+    place = wide.nodes - wide.middle
+    centre = seen.at_points(place, weight)
+    tensor = _tensor(seen, weight, centre)
     whole = np.trace(tensor, axis1=1, axis2=2)
-    apart = place[rows.indices] - centre[point]
-    own = _summed(point, weight[:, None] * (apart**2).sum(1, keepdims=True), m)[:, 0]
-    held = np.ones(m, bool) if rows.held is None else rows.held
+    square = np.zeros(len(weight))
+    for there, here in zip(place.T, centre.T, strict=True):
+        square += (there[seen.nodes] - here[seen.point]) ** 2
+    own = np.bincount(seen.point, weight * square, seen.m)
     # Of triangles and tetrahedra the points at the surface see too few corners to tell their size by.
-    size = np.where(held, own, 1.0)
-    inside = ~np.logical_or.reduceat(geometry.on_face[rows.indices], rows.offsets[:-1])
-    if not inside.any() and not held.all():
+    size, any_inside = np.where(seen.held, own, 1.0), seen.any(seen.inside)
+    if not any_inside and seen.any(~seen.held):
         raise ValueError("it is too thin: no point has a whole neighbourhood")
-    ratio = np.full(m, WHOLE)
-    ratio[inside] = whole[inside] / size[inside]
-    if inside.any():
-        ratio = _continued(rows, point, ratio, inside, len(place))
-    part = (dim * tensor / np.maximum(whole, np.finfo(float).tiny)[:, None, None]).reshape(m, dim * dim)
-    skew = _skew(rows, point, part, inside, geometry.cell_volume) if inside.any() else 0.0
-    return Sight(dim / (ratio * size), skew)
+    ratio, skew = np.full(seen.m, WHOLE), 0.0
+    ratio[seen.inside] = whole[seen.inside] / size[seen.inside]
+    if any_inside:
+        ratio, inside = seen.told(np.stack([ratio, seen.inside], 1)).T
+        seen.inside = inside > 0.0
+        ratio = _continued(seen, ratio)
+        part = (dim * tensor / np.maximum(whole, np.finfo(float).tiny)[:, None, None]).reshape(-1, dim * dim)
+        skew = _skew(seen, part)
+    first = geometry.split.points.first - seen.share.first
+    return Sight((dim / (ratio * size))[first : first + geometry.split.points.held], skew)
 
 
-def _summed(where: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Sums of rows `values` (e, k) by the place `where` (e,) each belongs to, (count, k)."""
-    return np.stack([np.bincount(where, column, count) for column in values.T], 1)
-
-
-def _tensor(rows: PointRows, point: np.ndarray, weight: np.ndarray, centre: np.ndarray, nodes: int) -> np.ndarray:
+def _tensor(seen: _Points, weight: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """T_p (m, dim, dim)."""
     m, dim = centre.shape
-    total = np.maximum(np.bincount(rows.indices, weight, nodes), np.finfo(float).tiny)
-    first = _summed(rows.indices, weight[:, None] * centre[point], nodes) / total[:, None]
+    total = np.maximum(np.bincount(seen.nodes, weight, seen.n), np.finfo(float).tiny)
+    first = seen.at_nodes(centre, weight) / total[:, None]
     outer = np.einsum("pa,pb->pab", centre, centre).reshape(m, dim * dim)
-    second = (_summed(rows.indices, weight[:, None] * outer[point], nodes) / total[:, None]).reshape(-1, dim, dim)
-    mean = _summed(point, weight[:, None] * first[rows.indices], m)
-    square = _summed(point, weight[:, None] * second.reshape(-1, dim * dim)[rows.indices], m).reshape(m, dim, dim)
+    second = seen.at_nodes(outer, weight) / total[:, None]
+    mean = seen.at_points(first, weight)
+    square = seen.at_points(second, weight).reshape(m, dim, dim)
     cross = np.einsum("pa,pb->pab", mean, centre)
     return square - cross - cross.swapaxes(1, 2) + outer.reshape(m, dim, dim)
 
 
-def _skew(rows: PointRows, point: np.ndarray, part: np.ndarray, inside: np.ndarray, volume: np.ndarray) -> float:
-    """Of the parts T_p/(tr T_p/dim) (m, dim^2) of points `inside`: what differs from cell to cell a crack does not feel."""
-    nodes, dim = int(rows.indices.max()) + 1, round(part.shape[1] ** 0.5)
+def _skew(seen: _Points, part: np.ndarray) -> float:
+    """Of the parts T_p/(tr T_p/dim) (m, dim^2) of points inside: what differs from cell to cell a crack does not feel."""
+    inside, dim = seen.inside, round(part.shape[1] ** 0.5)
+    counts = inside[seen.point].astype(float)
+    known = np.maximum(np.bincount(seen.nodes, counts, seen.n), 1.0)
     for _ in range(ROUNDS):
-        known = np.maximum(np.bincount(rows.indices, inside[point], nodes), 1.0)
-        mean = _summed(rows.indices, part[point] * inside[point, None], nodes) / known[:, None]
-        part = _summed(point, mean[rows.indices], len(part)) / np.bincount(point)[:, None]
-    least = np.linalg.eigvalsh(part[inside].reshape(-1, dim, dim))[:, 0]
-    return float(np.average(1.0 - np.sqrt(np.clip(least, 0.0, 1.0)), weights=volume[inside]))
+        mean = seen.at_nodes(seen.told(part), counts) / known[:, None]
+        part = seen.at_points(mean) / seen.many[:, None]
+    own = np.flatnonzero(inside & seen.share.owns(np.arange(seen.m)))
+    least, lost = np.linalg.eigvalsh(part[own].reshape(-1, dim, dim))[:, 0], np.zeros(seen.m)
+    lost[own] = 1.0 - np.sqrt(np.clip(least, 0.0, 1.0))
+    return seen.mean(lost, seen.wide.cell_volume * inside)
 
 
-def _continued(rows: PointRows, point: np.ndarray, values: np.ndarray, known: np.ndarray, nodes: int) -> np.ndarray:
-    """Values (m,) of the points where they are `known`, elsewhere the mean of those around, layer by layer."""
-    values, known = values.copy(), known.copy()
-    while not known.all():
-        count = np.bincount(rows.indices, known[point], nodes)
-        total = np.bincount(rows.indices, np.where(known, values, 0.0)[point], nodes)
-        around, sums = (np.bincount(point, each[rows.indices], len(values)) for each in (count, total))
+def _continued(seen: _Points, values: np.ndarray) -> np.ndarray:
+    """Values (m,) of the points where they are inside, elsewhere the mean of those around, layer by layer."""
+    values, known = values.copy(), seen.inside.copy()
+    while seen.any(~known):
+        count = np.bincount(seen.nodes, known[seen.point], seen.n)
+        total = np.bincount(seen.nodes, np.where(known, values, 0.0)[seen.point], seen.n)
+        around, sums = (np.bincount(seen.point, each[seen.nodes], seen.m) for each in (count, total))
         reached = ~known & (around > 0)
-        if not reached.any():
+        if not seen.any(reached):
             # A piece of its own, without a point inside.
-            values[~known] = values[known].mean()
+            values[~known] = seen.mean(np.where(known, values, 0.0), known.astype(float))
             break
         values[reached] = sums[reached] / around[reached]
-        known |= reached
+        values, flags = seen.told(np.stack([values, known | reached], 1)).T
+        known = flags > 0.0
     return values

@@ -21,16 +21,10 @@ def refuse_shared(scene: Scene, method: Method) -> None:
 
 
 def refuse_whole(scene: Scene, cut: Sequence[bool], count: int) -> None:
-    """Raise Refused where none of the bodies is `cut` among so many processes, or one that breaks and is in contact is."""
+    """Raise Refused where none of the bodies is `cut` among so many processes."""
     if not any(cut):
         names = ", ".join(repr(body.name) for body in scene.bodies)
         raise Refused(f"bodies {names}: each has too few particles for {count} processes: start fewer")
-    touched = {name for part in scene.contact if part.law != "pinball" for name in part.names}
-    touched |= {name for tool in scene.tools for name in tool.against}
-    for body, among in zip(scene.bodies, cut, strict=True):
-        breaks = any(part.breaks and part.acts for part in body.parts.values())
-        if among and breaks and body.name in touched:
-            raise Refused(f"body {body.name!r}: contact, a tie or a tool on a surface that can break {ALONE}")
 
 
 def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:

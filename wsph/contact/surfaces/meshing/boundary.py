@@ -8,6 +8,7 @@ meet at a corner alone, whether or not the geometry has a node for each.
 # pyright: strict
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -46,15 +47,29 @@ class _Sides:
     corner: np.ndarray
 
 
-def boundary_of(geometry: Geometry, live: np.ndarray, parted: np.ndarray, *, deep: bool) -> Boundary:
-    """The boundary of the cells that are `live` (c,) bool, without the joins of `parted` cells (k, 2). `deep`: the `joins`
-    are asked for. Raises ValueError for a geometry without cells."""
-    blocks, count = geometry.blocks, len(geometry.nodes)
-    wanted = _at_boundary(geometry, live, parted)
+class Cells(Protocol):
+    """Live cells of a body and their nodes, as a boundary is found of them (`wsph.contact.surfaces.meshing.shell.Shell`)."""
+
+    @property
+    def nodes(self) -> np.ndarray: ...
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]: ...
+
+    @property
+    def wanted(self) -> np.ndarray: ...
+
+    @property
+    def parted(self) -> np.ndarray: ...
+
+
+def boundary_of(cells: Cells, *, deep: bool) -> Boundary:
+    """The boundary of some cells. `deep`: the `joins` are asked for. Raises ValueError for a geometry without cells."""
+    blocks, wanted, parted, count = cells.blocks, cells.wanted, cells.parted, sum(map(len, cells.blocks))
     if deep:
-        wanted = _touched(blocks, wanted, count)
-    corners, sides = _around(blocks, live, wanted, geometry.nodes.shape[1])
-    shared, _, alone = _matched(sides, parted, len(live))
+        wanted = _touched(blocks, wanted, len(cells.nodes))
+    corners, sides = _around(blocks, wanted, cells.nodes.shape[1])
+    shared, _, alone = _matched(sides, parted, count)
     fan = connected(shared[0], shared[1], len(corners))
     cell, node = corners.T
     at = sides.corner[alone]
@@ -66,28 +81,15 @@ def boundary_of(geometry: Geometry, live: np.ndarray, parted: np.ndarray, *, dee
     own = np.flatnonzero(vertex[fan] >= 0)
     own = own[np.lexsort((cell[own], vertex[fan[own]]))]
     starts = np.searchsorted(vertex[fan[own]], np.arange(len(outer) + 1))
-    joins = _joined(fan, cell, np.unique(cell[own]), parted, len(live)) if deep else np.zeros((0, 2), int)
+    joins = _joined(fan, cell, np.unique(cell[own]), parted, count) if deep else np.zeros((0, 2), int)
     return Boundary(_first_of(fan, node)[outer[order]], vertex[fan[at]], sides.cell[alone], starts, cell[own], joins)
 
 
 def neighbours(geometry: Geometry) -> np.ndarray:
-    """Pairs of cells that share a side, (k, 2)."""
+    """Pairs of the cells of a lattice that are here and share a side, the lower one first, (k, 2)."""
     everywhere = np.ones(len(geometry.nodes), bool)
-    live = np.ones(sum(len(corners) for corners in geometry.blocks), bool)
-    sides = _around(geometry.blocks, live, everywhere, geometry.nodes.shape[1])[1]
-    return _matched(sides, np.zeros((0, 2), int), len(live))[1]
-
-
-def _at_boundary(geometry: Geometry, live: np.ndarray, parted: np.ndarray) -> np.ndarray:
-    """The nodes that may be on the boundary, (nodes,) bool: those of faces, of dead and of parted cells."""
-    found = geometry.on_face
-    suspect = ~live
-    suspect[parted.ravel()] = True
-    first = 0
-    for corners in geometry.blocks:
-        found[corners[suspect[first : first + len(corners)]].ravel()] = True
-        first += len(corners)
-    return found
+    sides = _around(geometry.blocks, everywhere, geometry.nodes.shape[1])[1]
+    return _matched(sides, np.zeros((0, 2), int), sum(map(len, geometry.blocks)))[1]
 
 
 def _touched(blocks: tuple[np.ndarray, ...], wanted: np.ndarray, count: int) -> np.ndarray:
@@ -98,17 +100,14 @@ def _touched(blocks: tuple[np.ndarray, ...], wanted: np.ndarray, count: int) -> 
     return found
 
 
-def _around(
-    blocks: tuple[np.ndarray, ...], live: np.ndarray, wanted: np.ndarray, dim: int
-) -> tuple[np.ndarray, _Sides]:
-    """The corners (cell, node) of live cells with a node that is `wanted` (nodes,) bool, and their sides with such a
-    node."""
+def _around(blocks: tuple[np.ndarray, ...], wanted: np.ndarray, dim: int) -> tuple[np.ndarray, _Sides]:
+    """The corners (cell, node) of cells with a node that is `wanted` (nodes,) bool, and their sides with such a node."""
     width = max(cell_sides(corners.shape[1], dim).shape[1] for corners in blocks)
     all_corners: list[np.ndarray] = []
     found: list[_Sides] = []
     first = before = 0
     for corners in blocks:
-        rows = np.flatnonzero(wanted[corners].any(1) & live[first : first + len(corners)])
+        rows = np.flatnonzero(wanted[corners].any(1))
         own, k = corners[rows], corners.shape[1]
         all_corners.append(np.stack([np.repeat(first + rows, k), own.ravel()], 1))
         local = cell_sides(k, dim)

@@ -16,8 +16,8 @@ import numpy as np
 
 from wsph.contact.surfaces.meshing.boundary import Boundary
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.shell import Shell
 from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
-from wsph.geometry.geometry import Geometry
 
 FLAT = 1e-9
 """Eigenvalue of M over the largest one below which sources do not span its direction: the gradient there is zero."""
@@ -37,39 +37,38 @@ class Embedding:
         return bool(single and (self.B.values == 1.0).all())
 
 
-def embedding(geometry: Geometry, mesh: SurfaceMesh, *, at_nodes: bool) -> Embedding:
-    """The matrix of a body whose particles are its nodes, `at_nodes`, or its cells."""
+def embedding(shell: Shell, mesh: SurfaceMesh, *, at_nodes: bool) -> Embedding:
+    """The matrix of the surface of a shell, of a body whose particles are its nodes, `at_nodes`, or its cells."""
+    boundary = shell.own(mesh.boundary)
     if at_nodes:
-        return _in_nodes(geometry, mesh)
-    return _in_cells(geometry, mesh)
+        return _in_nodes(shell, mesh, boundary)
+    return _in_cells(shell, mesh, boundary)
 
 
-def _in_nodes(geometry: Geometry, mesh: SurfaceMesh) -> Embedding:
-    node, moved = mesh.boundary.node, np.flatnonzero(mesh.moved)
+def _in_nodes(shell: Shell, mesh: SurfaceMesh, boundary: Boundary) -> Embedding:
+    node, moved = boundary.node, np.flatnonzero(mesh.moved)
     rows, columns, values = [np.arange(len(node))], [node], [np.ones(len(node))]
     exact = True
     if len(moved):
-        source, other = _nodes_of_fans(geometry, mesh.boundary, moved)
-        slopes, full = _slopes(geometry.nodes[other] - geometry.nodes[node[moved]][source], source, len(moved))
-        weight = (slopes * (mesh.X[moved] - geometry.nodes[node[moved]])[source]).sum(1)
+        source, other = _nodes_of_fans(shell, boundary, moved)
+        slopes, full = _slopes(shell.nodes[other] - shell.nodes[node[moved]][source], source, len(moved))
+        weight = (slopes * (mesh.X[moved] - shell.nodes[node[moved]])[source]).sum(1)
         rows += [moved[source], moved[source]]
         columns += [other, node[moved][source]]
         values += [weight, -weight]
         exact = bool(full.all())
-    shape = len(node), len(geometry.nodes)
-    return Embedding(
-        SparseRows.of((np.concatenate(rows), np.concatenate(columns), np.concatenate(values)), shape), exact
-    )
+    entries = np.concatenate(rows), shell.node[np.concatenate(columns)], np.concatenate(values)
+    return Embedding(SparseRows.of(entries, (len(node), shell.count[0])), exact)
 
 
-def _nodes_of_fans(geometry: Geometry, boundary: Boundary, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _nodes_of_fans(shell: Shell, boundary: Boundary, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The other nodes of the cells of the fans of some vertices: an index into `vertices`, and the node, each once."""
     whose, where = spread(boundary.starts, vertices)
     cell = boundary.cells[where]
-    count = len(geometry.nodes)
+    count = len(shell.nodes)
     keys: list[np.ndarray] = []
     first = 0
-    for corners in geometry.blocks:
+    for corners in shell.blocks:
         own = np.flatnonzero((cell >= first) & (cell < first + len(corners)))
         nodes = corners[cell[own] - first]
         keys.append((whose[own][:, None] * count + nodes).ravel())
@@ -80,8 +79,8 @@ def _nodes_of_fans(geometry: Geometry, boundary: Boundary, vertices: np.ndarray)
     return source[apart], other[apart]
 
 
-def _in_cells(geometry: Geometry, mesh: SurfaceMesh) -> Embedding:
-    boundary, place = mesh.boundary, geometry.cells
+def _in_cells(shell: Shell, mesh: SurfaceMesh, boundary: Boundary) -> Embedding:
+    place = shell.cells
     n, count = len(boundary.node), len(place)
     first, second = boundary.joins.T
     slopes, full = _slopes(place[second] - place[first], first, count)
@@ -94,9 +93,9 @@ def _in_cells(geometry: Geometry, mesh: SurfaceMesh) -> Embedding:
     whose, where = spread(starts, own)
     weight = share[vertex[whose]] * (off[whose] * slopes[where]).sum(1)
     rows = np.concatenate([vertex, vertex[whose], vertex[whose]])
-    columns = np.concatenate([own, second[where], own[whose]])
+    columns = shell.cell[np.concatenate([own, second[where], own[whose]])]
     values = np.concatenate([share[vertex], weight, -weight])
-    return Embedding(SparseRows.of((rows, columns, values), (n, count)), bool(full[own].all()))
+    return Embedding(SparseRows.of((rows, columns, values), (n, shell.count[1])), bool(full[own].all()))
 
 
 def _slopes(r: np.ndarray, source: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from wsph.contact.surfaces.meshing.boundary import Boundary, boundary_of
 from wsph.contact.surfaces.meshing.on_shape import OnShape, on_shape
+from wsph.contact.surfaces.meshing.shell import Shell
 from wsph.contact.surfaces.meshing.sparse import spread
 from wsph.contact.surfaces.meshing.unfolding import unfolded
-from wsph.geometry.geometry import Geometry
 from wsph.geometry.shapes.surfaces.surface import Patch
 
 SMOOTH = 0.64
@@ -52,29 +52,15 @@ class SurfaceMesh:
         """The faces around each vertex, ascending, (m dim,)."""
         return np.argsort(self.faces.ravel(), kind="stable") // self.faces.shape[1]
 
-    @cached_property
-    def _meetings(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of every corner of a face the faces around its vertex: corner, face, and whether they meet smoothly."""
-        corner, where = spread(self.starts, self.faces.ravel())
-        other = self.around[where]
-        own = corner // self.faces.shape[1]
-        return corner, other, (self.N[own] * self.N[other]).sum(1) > SMOOTH
-
-    @cached_property
-    def groups(self) -> tuple[np.ndarray, np.ndarray]:
+    def groups(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The faces that meet each corner of a face smoothly, itself among them: where they begin (m dim + 1,), and all of
-        them."""
-        corner, other, smooth = self._meetings
-        count = np.bincount(corner[smooth], minlength=self.faces.size)
-        return np.concatenate([[0], np.cumsum(count)]), other[smooth]
-
-    @cached_property
-    def sharp(self) -> np.ndarray:
-        """Which vertices have faces that do not all meet smoothly, (n,) bool."""
-        corner, _, smooth = self._meetings
-        found = np.zeros(len(self.X), bool)
-        found[self.faces.ravel()[corner[~smooth]]] = True
-        return found
+        them; and which vertices have faces that do not all meet smoothly, (n,) bool."""
+        corner, where = spread(self.starts, self.faces.ravel())
+        other, own = self.around[where], corner // self.faces.shape[1]
+        smooth = (self.N[own] * self.N[other]).sum(1) > SMOOTH
+        count, sharp = np.bincount(corner[smooth], minlength=self.faces.size), np.zeros(len(self.X), bool)
+        sharp[self.faces.ravel()[corner[~smooth]]] = True
+        return np.concatenate([[0], np.cumsum(count)]), other[smooth], sharp
 
     @cached_property
     def near(self) -> np.ndarray:
@@ -87,14 +73,14 @@ class SurfaceMesh:
         return np.unique((beside // len(self.X))[whose] * m + self.around[where])
 
 
-def surface_mesh(geometry: Geometry, live: np.ndarray, parted: np.ndarray, *, deep: bool) -> SurfaceMesh:
-    """The surface of the cells that are `live` (c,) bool, without the joins of `parted` cells (k, 2); `deep` as of the
-    boundary. Vertices of stairs lie on the shape, and the normals are those of the shape there. Raises ValueError for a
-    geometry without cells."""
-    boundary = boundary_of(geometry, live, parted, deep=deep)
-    at = geometry.nodes[boundary.node]
-    faces, side = _faces(boundary, at, _middles(geometry)[boundary.cell])
-    outward = _outward(geometry, boundary)
+def surface_mesh(shell: Shell, *, deep: bool) -> SurfaceMesh:
+    """The surface of a body, of the shell around it; `deep` as of the boundary, which has numbers of the whole body.
+    Vertices of stairs lie on the shape, and the normals are those of the shape there. Raises ValueError for a geometry
+    without cells."""
+    boundary = boundary_of(shell, deep=deep)
+    at = shell.nodes[boundary.node]
+    faces, side = _faces(boundary, at, _middles(shell)[boundary.cell])
+    outward = _outward(shell, boundary)
     straight = area_vectors(at, faces, outward)
 
     def lying(placed: OnShape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -105,10 +91,10 @@ def surface_mesh(geometry: Geometry, live: np.ndarray, parted: np.ndarray, *, de
         normals = _of_patches(chords, straight, placed.X[faces].mean(1), placed.patch[side], placed.patches)
         return normals, areas, (vectors * normals).sum(1) < -FLAT * np.linalg.norm(straight, axis=1)
 
-    placed = unfolded(on_shape(geometry, boundary), faces, lambda placed: lying(placed)[2])
+    placed = unfolded(on_shape(shell, boundary), faces, lambda placed: lying(placed)[2])
     N, A, folded = lying(placed)
     A[folded] = 0.0
-    return SurfaceMesh(boundary, placed.X, (at != placed.X).any(1), faces, side, N, A)
+    return SurfaceMesh(shell.numbered(boundary), placed.X, (at != placed.X).any(1), faces, side, N, A)
 
 
 def area_vectors(x: np.ndarray, faces: np.ndarray, ways: np.ndarray | None = None) -> np.ndarray:
@@ -122,14 +108,14 @@ def area_vectors(x: np.ndarray, faces: np.ndarray, ways: np.ndarray | None = Non
     return 0.5 * np.cross(edge, x[faces[:, 2]] - x[faces[:, 0]])
 
 
-def _middles(geometry: Geometry) -> np.ndarray:
+def _middles(shell: Shell) -> np.ndarray:
     """The middles of the cells, (c, dim) [m]."""
-    return np.concatenate([geometry.nodes[corners].mean(1) for corners in geometry.blocks])
+    return np.concatenate([shell.nodes[corners].mean(1) for corners in shell.blocks])
 
 
-def _outward(geometry: Geometry, boundary: Boundary) -> np.ndarray:
+def _outward(shell: Shell, boundary: Boundary) -> np.ndarray:
     """From the middle of its cell to that of each side, of length 1, (s, dim)."""
-    way = geometry.nodes[boundary.node[boundary.sides]].mean(1) - _middles(geometry)[boundary.cell]
+    way = shell.nodes[boundary.node[boundary.sides]].mean(1) - _middles(shell)[boundary.cell]
     return way / np.linalg.norm(way, axis=1, keepdims=True)
 
 

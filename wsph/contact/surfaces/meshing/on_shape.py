@@ -11,10 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wsph.contact.surfaces.meshing.boundary import Boundary
+from wsph.contact.surfaces.meshing.shell import Shell, Stairs
 from wsph.geometry.fitted.projection import to_all
-from wsph.geometry.geometry import Geometry
-from wsph.geometry.lattice import Lattice
-from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.geometry.shapes.surfaces.surface import Patch
 
 ON = 1e-9
@@ -61,35 +59,32 @@ class OnShape:
         return replace(self, X=places)
 
 
-def on_shape(geometry: Geometry, boundary: Boundary) -> OnShape:
-    """The vertices of a boundary on the shape that it stands for; where they are for one that is no stairs."""
-    X = geometry.nodes[boundary.node]
+def on_shape(shell: Shell, boundary: Boundary) -> OnShape:
+    """The vertices of the boundary of a shell on the shape that it stands for; where they are for one that is no stairs."""
+    X = shell.nodes[boundary.node]
     none = np.full(len(boundary.cell), NONE)
-    faces = geometry.faces.patches
-    if not isinstance(geometry, Lattice) or geometry.mapped or not isinstance(faces, StairPatches):
-        return OnShape(X, X, np.zeros((len(X), 0), bool), none, (), geometry.spacing)
-    label, patches = faces.stands_for
-    patch = _of_sides(geometry, boundary, label)
-    patch[banks(X[boundary.sides].mean(1), geometry.spacing)] = NONE
-    on = np.zeros((len(X), len(patches)), bool)
+    if shell.stairs is None:
+        return OnShape(X, X, np.zeros((len(X), 0), bool), none, (), shell.spacing)
+    patch = _of_sides(shell.stairs, boundary)
+    patch[banks(X[boundary.sides].mean(1), shell.spacing)] = NONE
+    on = np.zeros((len(X), len(shell.stairs.patches)), bool)
     stays = np.zeros(len(X), bool)
     for corner in boundary.sides.T:
         on[corner[patch >= 0], patch[patch >= 0]] = True
         stays[corner[patch < 0]] = True
     on[stays] = False
-    return OnShape(X, X, on, patch, patches, geometry.spacing).moved(X)
+    return OnShape(X, X, on, patch, shell.stairs.patches, shell.spacing).moved(X)
 
 
-def _of_sides(geometry: Geometry, boundary: Boundary, label: np.ndarray) -> np.ndarray:
+def _of_sides(stairs: Stairs, boundary: Boundary) -> np.ndarray:
     """The patch of every side, by that of the face that it is; NONE for one that is no face of the geometry."""
-    faces = geometry.faces
-    there = np.sort(np.concatenate([faces.nodes, boundary.node[boundary.sides]]), axis=1)
-    owner = np.concatenate([faces.cell, boundary.cell])
+    there = np.sort(np.concatenate([stairs.nodes, boundary.node[boundary.sides]]), axis=1)
+    owner = np.concatenate([stairs.cell, boundary.cell])
     _, place = np.unique(np.concatenate([owner[:, None], there], 1), axis=0, return_inverse=True)
     place = place.ravel()
     found = np.full(int(place.max(initial=-1)) + 1, NONE)
-    found[place[: len(faces.cell)]] = label
-    return found[place[len(faces.cell) :]]
+    found[place[: len(stairs.cell)]] = stairs.label
+    return found[place[len(stairs.cell) :]]
 
 
 def banks(middles: np.ndarray, spacing: float) -> np.ndarray:
