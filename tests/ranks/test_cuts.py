@@ -217,7 +217,7 @@ def test_of_two_sets_a_process_holds_what_its_steps_read(name: str) -> None:
     (slabs,) = slabs_of(made, [whole.geometry], method.formulation, size)
     assert slabs is not None
     beyond: list[float] = []
-    for slab, shared in zip(slabs, together(size, partial(compose, made)), strict=True):
+    for (slab, _), shared in zip(slabs, together(size, partial(compose, made)), strict=True):
         split, expected = shared.bodies[0].system.geometry.split, whole.holding(slab)
         assert (split.nodes, split.points) == (expected.nodes, expected.cells)
         layer = whole.geometry.node_layer[[split.nodes.low, split.nodes.high - 1]]
