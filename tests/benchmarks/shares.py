@@ -5,7 +5,8 @@
 
 Prints a line of JSON for each shape: the pairs that the process with most of them visits in a right-hand side, over the mean
 of all, and so the CPU time of the slowest in its launches, without messages: the least of turns of some steps, which need
-no quiet cores. `--json` puts them into a file beside those of others.
+no quiet cores. `--json` puts them into a file beside those of others. `--listed`: one visit of a list counts as so many of a
+grid, whatever the law and the precision.
 """
 
 import argparse
@@ -23,11 +24,10 @@ from ranks import Waiting, scene
 
 from wsph.backend.domain import Domain
 from wsph.backend.reduce import BLOCK
-from wsph.geometry.cells import LISTED
-from wsph.geometry.meshes import meshed
 from wsph.ranks import world
 from wsph.ranks.cuts import Places
 from wsph.simulation.compose import compose
+from wsph.simulation.composing import setting
 from wsph.simulation.composing.composition import Composition
 from wsph.validation import meshes
 
@@ -82,6 +82,13 @@ LAWS: dict[str, Table] = {
     "mises": {"model": "mises", "yield_stress": 1e-3},
     "neo-hookean": {"model": "neo-hookean"},
     "jaumann": {"model": "jaumann"},
+    "perzyna": {
+        "model": "perzyna",
+        "yield_stress": 1e-3,
+        "hardening_modulus": 0.1,
+        "fluidity": 0.004,
+        "exponent": 1.0,
+    },
 }
 
 
@@ -107,9 +114,10 @@ def by_particles(places: Places, loads: np.ndarray) -> np.ndarray:
     return found
 
 
-def visits(system: Any) -> float:
+def visits(run: Any) -> float:
     """The pairs that a process visits, in those of rows of a grid; of particles that are their own points how many it works
     on."""
+    system = run.system
     if not system.traits.one_set:
         part = system._part
         return sum(float(part.stepped[name].stop - part.stepped[name].start) for name in ("real", "virtual"))
@@ -121,7 +129,8 @@ def visits(system: Any) -> float:
     many, boxes = np.diff(system.geometry.rows.offsets), system.geometry.boxes
     if boxes is None:
         return 2.0 * float(many.sum())
-    others = 2.0 * meshed.LISTED * float(many[boxes.others(len(many))].sum())
+    listed = setting.listed_weight(run.constitutive.material, system.space.precision)
+    others = 2.0 * listed * float(many[boxes.others(len(many))].sum())
     return others + boxes.corners.shape[1] * float(len(boxes.corners) + len(boxes.index))
 
 
@@ -145,7 +154,7 @@ def shares(name: str, options: argparse.Namespace, folder: Path, domain: Domain,
             times[cut].append(time.thread_time() - began - (waiting.seconds - waited))
     found: Table = {"particles": made["work"].particles}
     for cut, each in made.items():
-        found[f"by {cut}"] = [uneven(domain, visits(each.bodies[0].system)), uneven(domain, min(times[cut]))]
+        found[f"by {cut}"] = [uneven(domain, visits(each.bodies[0])), uneven(domain, min(times[cut]))]
     return found
 
 
@@ -165,12 +174,13 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=20)
     parser.add_argument("--law", choices=LAWS, default="elastic")
     parser.add_argument("--precision", default="f64")
-    parser.add_argument("--listed", type=float, default=LISTED)
+    parser.add_argument("--listed", type=float)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     wp.config.quiet = True
-    meshed.LISTED = options.listed
+    if options.listed is not None:
+        setting.listed_weight = lambda *_: options.listed
     domain, waiting, found = world.domain(), Waiting(), {}
     with tempfile.TemporaryDirectory() as own:
         folder = domain.told(lambda: Path(own))

@@ -7,11 +7,11 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from tests.ranks.shared_cases import CRACKS, HOLE, UPDATED, scene, two_sets
+from tests.ranks.shared_cases import CRACKS, HOLE, MISES, PERZYNA, UPDATED, scene, two_sets
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.reduce import BLOCK
-from wsph.geometry.cells import LISTED
+from wsph.geometry.cells import LISTED, listed_weight
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import lattice
@@ -22,6 +22,7 @@ from wsph.geometry.meshes.scattered import Scattered, crowd, scattered
 from wsph.geometry.meshes.sides import outer_sides
 from wsph.ranks.cuts import Counts, Places, Reach
 from wsph.ranks.slabs import TooFew, slabs, work_of
+from wsph.scene.geometries import geometry_of
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.parts import slabs_of
 from wsph.simulation.composing.setting import bare_bodies, materials_of, method_of
@@ -90,9 +91,10 @@ def crowded() -> Layered:
 
 def of_shape(**table: object) -> Layered:
     outline = shape(**table)
-    return meshed(fit(outline, 1.0), outline.axes)
+    return meshed(fit(outline, 1.0), outline.axes, listed=WEIGHT)
 
 
+WEIGHT = LISTED["total"][0]
 HOLES = [{"type": "disc", "name": f"h{k}", "center": [25.0 + 50.0 * k, 40.0], "radius": 20.0} for k in range(4)]
 STEP = [box(80.0, 24.0, 24.0), {"type": "box", "min": [80.0, 8.0, 8.0], "max": [200.0, 16.0, 16.0]}]
 BODIES: dict[str, tuple[Callable[[], Geometry], Reach, float]] = {
@@ -112,8 +114,9 @@ BODIES: dict[str, tuple[Callable[[], Geometry], Reach, float]] = {
 whole_of = cache(lambda name: BODIES[name][0]())
 
 
-def counted(body: Geometry, layers: tuple[int, int]) -> float:
-    """The pairs that rows in some layers, from one up to another, visit, one by one; in rows of a grid places of nodes."""
+def counted(body: Geometry, layers: tuple[int, int], listed: float = WEIGHT) -> float:
+    """The pairs that rows in some layers, from one up to another, visit, one by one, of lists so many for one; in rows of a
+    grid places of nodes."""
     rows, boxes, node = body.rows, body.boxes, body.node_layer
     first = node[rows.indices[rows.offsets[:-1]]]
     here, of = (first >= layers[0]) & (first < layers[1]), (node >= layers[0]) & (node <= layers[1])
@@ -124,7 +127,7 @@ def counted(body: Geometry, layers: tuple[int, int]) -> float:
         return float(many[here].sum())
     others = np.isin(np.arange(len(many)), boxes.others(len(many)))
     seen = of if boxes.nodes is None else of[boxes.nodes]
-    return float(LISTED * many[here & others].sum() + boxes.corners.shape[1] * ((here & ~others).sum() + seen.sum()))
+    return float(listed * many[here & others].sum() + boxes.corners.shape[1] * ((here & ~others).sum() + seen.sum()))
 
 
 def uneven(work: list[float]) -> float:
@@ -171,8 +174,35 @@ def test_bodies_one_after_the_other_even_out_what_blocks_leave() -> None:
     assert max(alone) > 1.2 * min(alone)
 
 
+LAWS = {"elastic": "total", "neo-hookean": "total", "jaumann": "rate", "mises": "rate", "perzyna": "relaxing"}
+OF_LAW = {"mises": MISES, "perzyna": PERZYNA}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_pairs_of_lists_count_by_the_law_and_the_precision(law: str) -> None:
+    for k, precision in enumerate(("f64", "f32")):
+        told = {"body": {"shape": HOLE["shape"]}, "run": {"precision": precision}}
+        made = scene(**{"law": law, **OF_LAW.get(law, {}), **told})
+        method = method_of(made)
+        (body,) = (each.geometry for each in bare_bodies(made, materials_of(made), method))
+        without = geometry_of(made, 0, method.formulation, 0.0).counts.visits
+        many, boxes = np.diff(body.rows.offsets), body.boxes
+        assert boxes is not None
+        others = boxes.others(len(many))
+        assert 0 < len(others) < len(many)
+        weight = (body.counts.visits - without).sum() / (2.0 * many[others].sum())
+        assert weight == pytest.approx(LISTED[LAWS[law]][k])
+
+
+def test_pairs_of_lists_count_for_most_where_laws_have_least_to_do() -> None:
+    weights = np.array([LISTED[each] for each in ("total", "rate", "relaxing")])
+    assert (np.diff(weights, axis=0) < 0.0).all()
+    assert (weights[:, 1] > weights[:, 0]).all()
+    assert set(LISTED) == set(LAWS.values())
+
+
 CASES = {
-    "fitted": lambda: scene(body={"shape": HOLE["shape"]}),
+    "fitted": lambda: scene(body={"shape": HOLE["shape"]}, **MISES),
     "cracked": lambda: scene(body={"cracks": CRACKS}),
     "edges": lambda: scene(form="total-lagrangian"),
     "moving": lambda: scene(form=UPDATED, probes=[]),
@@ -193,7 +223,8 @@ def test_a_check_knows_the_cuts_of_a_run(name: str, size: int) -> None:
             split = each.geometry.split
             assert split.work == work_of([slab for slab, _ in expected])
             # Pairs of what it holds, all of which it works on.
-            held = counted(each.geometry, (-1, 10**9)) if name != "moving" else split.work[rank]
+            listed = listed_weight(each.material, "f64")
+            held = counted(each.geometry, (-1, 10**9), listed) if name != "moving" else split.work[rank]
             assert held == pytest.approx(split.work[rank], rel=0.06)
             slab, wide = expected[rank]
             assert (split.layers, split.around) == (slab.layers, wide.layers)
@@ -217,7 +248,7 @@ def test_of_two_sets_a_process_holds_what_its_steps_read(name: str) -> None:
     (slabs,) = slabs_of(made, [whole.geometry], method.formulation, size)
     assert slabs is not None
     beyond: list[float] = []
-    for slab, shared in zip(slabs, together(size, partial(compose, made)), strict=True):
+    for (slab, _), shared in zip(slabs, together(size, partial(compose, made)), strict=True):
         split, expected = shared.bodies[0].system.geometry.split, whole.holding(slab)
         assert (split.nodes, split.points) == (expected.nodes, expected.cells)
         layer = whole.geometry.node_layer[[split.nodes.low, split.nodes.high - 1]]

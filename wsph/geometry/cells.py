@@ -7,17 +7,34 @@ from itertools import combinations, product
 
 import numpy as np
 
+from wsph.plugins.traits import relaxes, turns
 from wsph.units import rounded
 
 LEAST = 0.25
 """Part of the cells of a body that are boxes from which they pay: with fewer it steps by its pairs alone, as fast."""
 
-LISTED = 3.0
-"""Time of a visit of a pair in a list over that of one in rows of a grid, of bodies that have both, whatever their law and
-precision: right for total laws in f64 and for `mises` in f32, while `mises` in f64 has 1.6 and `elastic` in f32 5. By how
-much of the mean the slowest of four processes has more CPU time, of a bar with holes at one end: 7 % of `elastic` and 8 % of
-`neo-hookean` in f64, 8 % of `mises` in f32; 15 % of `elastic` in f32, 7 % at 5; 26 % of `mises` in f64, 4 % at 1.6
-(tests/benchmarks/shares.py drilled --law LAW --precision P --listed WEIGHT, on a busy machine)."""
+LISTED = {"total": (3.0, 5.0), "rate": (1.7, 2.8), "relaxing": (1.0, 1.2)}
+"""Time of a visit of a pair in a list over that of one in rows of a grid, in f64 and in f32, where a law gives the stress
+itself, its rate, or a rate that is asked at rest too: the more a point has to do, the less it matters how it finds nodes.
+Measured on a CPU of a bar with holes at one end, by the time that four processes take for what they visit of both, and by
+how much of the mean the slowest has more, all weights at 3, and as here:
+
+| | f64: measured | at 3 | here | f32: measured | at 3 | here |
+| --- | --- | --- | --- | --- | --- | --- |
+| elastic | 2.9 | 3 % | 3 % | 5.1 | 17 % | 7 % |
+| neo-hookean | 2.9 | 6 % | 6 % | 4.7 | 13 % | 5 % |
+| jaumann | 1.8 | 23 % | 5 % | 2.9 | 4 % | 4 % |
+| mises | 1.6 | 27 % | 9 % | 2.6 | 11 % | 4 % |
+| perzyna | 0.9 | 45 % | 5 % | 1.2 | 38 % | 3 % |
+
+`mises` while it flows has 1.3 and 1.8, and 13 and 18 % here (tests/benchmarks/shares.py drilled --law LAW --precision P, at
+3 with --listed 3)."""
+
+
+def listed_weight(material: object, precision: str) -> float:
+    """Time of a visit of a pair in a list over that of one in rows of a grid (`LISTED`), of a body that has both."""
+    law = "total" if not turns(material) else "relaxing" if relaxes(material) else "rate"
+    return LISTED[law][precision == "f32"]
 
 
 @dataclass(frozen=True)

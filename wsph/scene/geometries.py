@@ -44,19 +44,25 @@ STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 
 
 def geometry_of(
-    scene: Scene, number: int, formulation: Formulation, domain: Domain = WHOLE, loads: np.ndarray | None = None
+    scene: Scene,
+    number: int,
+    formulation: Formulation,
+    listed: float,
+    domain: Domain = WHOLE,
+    loads: np.ndarray | None = None,
 ) -> Geometry:
     """The geometry of a scene's body, the `number`-th, for a formulation; of one that processes share the part that this
     one has of the `domain`, beside the `loads` (size,) of each by other bodies [visits of pairs]: all of one of several that
-    has too few particles to be cut. Raises SceneError where the shape holds no cell, a crack or a map does not fit it, a
-    surface cannot be fitted, or a file is no mesh; Refused for what the formulation cannot have."""
+    has too few particles to be cut. A pair in a list counts as `listed` of those in rows of a grid. Raises SceneError where
+    the shape holds no cell, a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for
+    what the formulation cannot have."""
     body = scene.bodies[number]
     why = stairs_because(scene, body, formulation) if body.shape is not None and body.surface == "fitted" else ""
     if why:
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
-    made = partial(_geometry, scene, number, formulation)
+    made = partial(_geometry, scene, number, formulation, listed)
     if domain.size > 1:
         try:
             return made(domain, loads)
@@ -67,7 +73,7 @@ def geometry_of(
 
 
 def _geometry(
-    scene: Scene, number: int, formulation: Formulation, domain: Domain, loads: np.ndarray | None
+    scene: Scene, number: int, formulation: Formulation, listed: float, domain: Domain, loads: np.ndarray | None
 ) -> Geometry:
     """The geometry of a body, or the part of it that a process of a domain has. Raises TooFew where there is too little."""
     body, key = scene.bodies[number], f"bodies.{number}"
@@ -82,15 +88,15 @@ def _geometry(
     elif not is_fitted(scene, body, formulation):
         return _lattice(scene, number, body.shape, body.spacing, formulation, domain, loads)
     else:
-        listed = any(part.acts and part.attaches for part in body.parts.values())
-        make = partial(_fitted, body.shape, body.spacing, scene.run.seed, listed, key)
+        apart = any(part.acts and part.attaches for part in body.parts.values())
+        make = partial(_fitted, body.shape, body.spacing, scene.run.seed, None if apart else listed, key)
     if domain.size == 1:
         return make()
     reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
     return shared(make, domain, reach, who=who, doubts=doubts, loads=loads)
 
 
-def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed: bool, key: str) -> Meshed:
+def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed: float | None, key: str) -> Meshed:
     try:
         return meshed(fit(shape, spacing, seed), shape.axes, listed=listed)
     except ValueError as error:

@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.geometry.cells import LISTED, Boxes, edge_lengths
+from wsph.geometry.cells import Boxes, edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
 from wsph.geometry.meshes.layered import Layered, Whole
@@ -140,10 +140,11 @@ class _Points:
     of_cells: np.ndarray
 
 
-def meshed(mesh: Mesh, axes: np.ndarray | None = None, *, listed: bool = False) -> Meshed:
+def meshed(mesh: Mesh, axes: np.ndarray | None = None, *, listed: float | None = None) -> Meshed:
     """The geometry of a mesh, whose nodes and cells are numbered layer by layer: along the first of `axes` (dim, dim),
-    columns, the body's own, by which faces have names, or without these along its longest side. `listed`: there will be
-    lists of pairs for boxes too. Raises ValueError for cells without a positive volume and for nodes that no cell has."""
+    columns, the body's own, by which faces have names, or without these along its longest side. `listed`: as so many in
+    rows of a grid a pair in a list counts, where boxes have such rows; None: these have lists too. Raises ValueError for
+    cells without a positive volume and for nodes that no cell has."""
     axis = longest_axis(mesh.nodes) if axes is None else axes[:, 0]
     mesh, layer, height, start = numbered(mesh, axis)
     nodes, dim = mesh.nodes, mesh.nodes.shape[1]
@@ -167,7 +168,7 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None, *, listed: bool = False) 
     shortest = float(point_edges(rows, volume).min())
     frame = np.eye(dim) if axes is None else axes
     faces = _faces(mesh, frame, float(volume.mean()) ** (1.0 / dim))
-    layers = Layers(*_counts(layer, rows, None if listed else mesh.boxes), axis, start, height)
+    layers = Layers(*_counts(layer, rows, mesh.boxes, listed), axis, start, height)
     edges, first = (shortest, longest), tuple(points.min(1) for points in points_in)
     return Meshed(nodes, node_volume, volume, faces, edges, mesh, place, frame, rows, points_in, first, layers=layers)
 
@@ -250,20 +251,22 @@ def _layer_of_points(layer: np.ndarray, rows: PointRows) -> np.ndarray:
     return layer[rows.indices[rows.offsets[:-1]]]
 
 
-def _counts(layer: np.ndarray, rows: PointRows, boxes: Boxes | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How many nodes (l + 1,), points and visits of pairs (l,) every layer has, of the layers of the nodes (n,), where rows
-    of `boxes` have no lists."""
+def _counts(
+    layer: np.ndarray, rows: PointRows, boxes: Boxes | None, listed: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How many nodes (l + 1,), points and visits of pairs (l,) every layer has, of the layers of the nodes (n,); `boxes` and
+    `listed` as `meshed` has them."""
     count, many = int(layer[-1]) + 1, np.diff(rows.offsets)
     # Points see nodes of their own layer at least, and of one layer alone where there is no other.
     point, nodes = _layer_of_points(layer, rows), np.bincount(layer, minlength=count + 1)
     points = np.bincount(point, minlength=count)
-    if boxes is None or not boxes.pay(len(many)):
+    if boxes is None or listed is None or not boxes.pay(len(many)):
         return nodes, points, np.bincount(point, 2.0 * many, count)
     others, seen = boxes.others(len(many)), layer if boxes.nodes is None else layer[boxes.nodes]
-    listed = np.bincount(point[others], 2.0 * LISTED * many[others], count)
+    in_lists = np.bincount(point[others], 2.0 * listed * many[others], count)
     cells = points - np.bincount(point[others], minlength=count)
     alike = Counts.of_cells(np.bincount(seen, minlength=count + 1), cells, boxes.index.shape[1])
-    return nodes, points, alike.visits + listed
+    return nodes, points, alike.visits + in_lists
 
 
 def _by_points(mesh: Mesh, points_in: _Cells) -> tuple[Mesh, _Cells]:

@@ -13,6 +13,7 @@ from wsph.backend.domain import WHOLE, Domain
 from wsph.constitutive.moduli import wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.errors import Fault, PluginError, Refused, SceneError
+from wsph.geometry.cells import listed_weight
 from wsph.geometry.geometry import Geometry
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -108,8 +109,9 @@ def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method, dom
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     geometries: list[Geometry] = []
     loads = np.zeros(domain.size)
-    for k in range(len(scene.bodies)):
-        geometries.append(geometry_of(scene, k, method.formulation, domain, loads))
+    for k, material in enumerate(materials):
+        listed = listed_weight(material, scene.run.precision)
+        geometries.append(geometry_of(scene, k, method.formulation, listed, domain, loads))
         loads = loads + (geometries[-1].split.work or 0.0)
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
