@@ -87,14 +87,14 @@ def _extent_kernel(space: Space, layout: Layout) -> wp.Kernel:
     dim, Fields = space.dim, fields_struct(space, layout)
 
     @kernel()
-    def extents(fields: Fields, count: int, extent_out: wp.array2d(dtype=wp.float64)):
+    def extents(fields: Fields, low: int, end: int, extent_out: wp.array2d(dtype=wp.float64)):
         block = wp.tid()
-        first = block * BLOCK
+        first = low + block * BLOCK
         low_u = fields.displacement[first]
         high_u = low_u
         low_v = fields.velocity[first]
         high_v = low_v
-        for i in range(first, wp.min((block + 1) * BLOCK, count)):
+        for i in range(first, wp.min(first + BLOCK, end)):
             low_u = wp.min(low_u, fields.displacement[i])
             high_u = wp.max(high_u, fields.displacement[i])
             low_v = wp.min(low_v, fields.velocity[i])
@@ -120,6 +120,15 @@ class Watch:
         self._deep = {pair for pair in self._pairs if named.get(frozenset(bodies[k].body.name for k in pair))}
         self._watched = {k: _Watched(bodies[k]) for k in moving} if self._pairs else {}
         self.due = 0
+
+    def kept(self) -> list[list[int]]:
+        """What a run goes on with: the step of the next look, and the pairs that are still watched."""
+        return [[self.due], *([one, other] for one, other in self._pairs)]
+
+    def restore(self, kept: Sequence[Sequence[int]]) -> None:
+        """Put back what `kept` gave."""
+        (self.due,), *pairs = kept
+        self._pairs = [(one, other) for one, other in pairs]
 
     def look(self, step: int, dt: float) -> list[Meeting]:
         """Look at the bodies as they are at a step, whose next one takes `dt` [s]: the meetings that are new."""
@@ -164,7 +173,8 @@ class _Watched:
         low, high = system.position.min(0), system.position.max(0)
         self._low, self._high = system.domain.min(low), system.domain.max(high)
         self._halo = system.domain.halo(system.share)
-        self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
+        own = system.share.own  # copies may have been left behind
+        self._extents: Array = wp.zeros((blocks(own.stop - own.start), 12), dtype=wp.float64, device=system.device)
 
     @cached_property
     def solid(self) -> AnySolid:
@@ -176,7 +186,7 @@ class _Watched:
         """A box about it, and how fast it may go (a launch and a small copy)."""
         system = self._run.system
         state, scales, dim = system.state, system.scales, len(self._low)
-        inputs = [state.struct, system.count]
+        inputs = [state.struct, system.share.own.start, system.share.own.stop]
         made = _extent_kernel(state.space, state.layout)
         wp.launch(made, len(self._extents), inputs=inputs, outputs=[self._extents], device=system.device)
         each = self._extents.numpy().reshape(-1, 4, 3)[:, :, :dim]

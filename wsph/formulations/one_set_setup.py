@@ -296,11 +296,13 @@ class RateSetup:
         return numbers
 
     def refuse_isolated(self, rank: np.ndarray) -> None:
-        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
+        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient: of those that a process owns.
+        All that share the body look together."""
         host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
-        if len(isolated):
+        if count := int(self.domain.sum(np.array([len(isolated)]))[0]):
+            first = self.domain.joined(self.placement.position[isolated[:1]])[0].tolist()
             raise Refused(
-                f"{len(isolated)} particles of body {host.name!r}, the first at {self.placement.position[isolated[0]].tolist()} m, see"
+                f"{count} particles of body {host.name!r}, the first at {first} m, see"
                 f" too few neighbours for a gradient: raise run.support (now {host.support:g} spacings)"
             )
 

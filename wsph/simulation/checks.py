@@ -157,13 +157,14 @@ def _words(run: BodyRun, step: int, part: float) -> str:
 
 class CheckFacts(TypedDict):
     """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth and a swing were
-    warned of, the numbers of the findings, and what else was warned of."""
+    warned of, the numbers of the findings, what else was warned of, and what is watched."""
 
     largest: str
     warned: bool
     swung: bool
     findings: list[list[float]]
     said: list[str]
+    watched: list[list[int]]
 
 
 class Checks:
@@ -283,6 +284,7 @@ class Checks:
             "swung": self._swung,
             "findings": self.findings.kept(),
             "said": self.said,
+            "watched": self.watch.kept(),
         }
 
     def restore(self, facts: CheckFacts) -> None:
@@ -290,6 +292,7 @@ class Checks:
         self._largest = float.fromhex(facts["largest"])
         self._warned, self._swung = facts["warned"], facts["swung"]
         self.findings.restore(facts["findings"])
+        self.watch.restore(facts["watched"])
         self.said[:] = facts["said"]
 
 

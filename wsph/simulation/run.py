@@ -127,6 +127,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                             of = running.remade(anew)
                         del running
                         running = Running.going_on(of)
+                        del of  # what it goes on from, once it has
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -244,7 +245,7 @@ class Running:
 
     def remade(self, asked: Anew) -> GoingOn:
         """What a run goes on from that has come to where this one has, with a body that is made anew."""
-        step, found, first = int(host(self._composition.clock.step)[0]), self._found, None
+        step, found, first = int(host(self._composition.clock.step)[0]), self._found, self._began
         if self._under_way and (step > 0 or self._relaxations.current is not None):
             self._composition.publish()
             self._records.collect(step)
@@ -339,7 +340,8 @@ class Running:
             due.append(self._control.look)
         due.append(self._checks.watch.due)
         most = RING if self._composition.program.looked else CHECK_STEPS
-        return min(min(each for each in due if each > step) - step, most)
+        due.append(step - step % most + most)  # wherever the run has been taken up
+        return min(each for each in due if each > step) - step
 
     def _steps(self, count: int, interrupts: Interrupts) -> int:
         """Run `steps` steps, fewer where the run is asked to end; returns how many."""

@@ -7,6 +7,7 @@ the energy of the particles alone: nothing is lost, and a driven wall does the w
 v_g that is the wall's.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
@@ -80,14 +81,14 @@ def flip_of(wall: Wall) -> np.ndarray:
     return np.diag([-1.0 if k in wall.velocity else 1.0 for k in range(len(wall.normal))])
 
 
-def shifts_of(kinds: list[Kind], walls: list[Wall], origin: np.ndarray) -> np.ndarray:
+def shifts_of(kinds: Sequence[Kind], walls: list[Wall], origin: np.ndarray) -> np.ndarray:
     """Where images of every kind stand at the start, about `origin` [m]: x_g less Q x, (kinds, dim) [m]."""
     apart = [2.0 * float((wall.point - origin) @ wall.normal) * wall.normal for wall in walls]
     return np.array([np.sum([apart[k] for k in kind.walls], 0) for kind in kinds])
 
 
 def find_images(
-    kinds: list[Kind],
+    kinds: Sequence[Kind],
     shift: np.ndarray,
     place: np.ndarray,
     reach: float,

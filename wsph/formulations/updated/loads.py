@@ -21,7 +21,7 @@ from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, varies
 from wsph.boundary.walls import Wall, cell_index
-from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
+from wsph.formulations.updated.images import Kind, find_images, kinds_of, shifts_of
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 from wsph.parts.part import Host
@@ -69,21 +69,27 @@ def _sums_kernels(dim: int, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
     return second, share
 
 
-def face_sums(host: Host, lattice: Lattice, walls: list[Wall], device: str) -> np.ndarray:
-    """b_i of every cell of a lattice at the start, images included, (cells, dim), in spacings^(dim - 1)."""
+def face_sums(
+    host: Host,
+    lattice: Lattice,
+    some: np.ndarray,
+    images: tuple[Sequence[Kind], np.ndarray],
+    middle: np.ndarray,
+    device: str,
+) -> np.ndarray:
+    """b_i of `some` cells of a lattice (k,) as they see each other at the start, and images of some kinds, which stand at
+    (kinds, dim) about a `middle` (dim,) [m], (k, dim), in spacings^(dim - 1)."""
+    kinds, shifts = images
     space = Space(host.space.dim)
-    unit, origin, h = lattice.spacing, lattice.middle, host.support / SUPPORT
-    place, volume = (lattice.cells - origin) / unit, lattice.cell_volume / unit**space.dim
-    kinds, sources, parent, turns = (
-        kinds_of(walls, lattice.split.domain),
-        place,
-        np.arange(len(place)),
-        np.tile(np.eye(space.dim), (len(place), 1, 1)),
-    )
+    unit, h = lattice.spacing, host.support / SUPPORT
+    place = (lattice.cells[some] - middle) / unit
+    volume = lattice.cell_volume[some] / unit**space.dim
+    sources, parent, turns = place, np.arange(len(place)), np.tile(np.eye(space.dim), (len(place), 1, 1))
     pairs = find_pairs(place, place, host.support, device, same=True)
     if kinds:
-        shifts = shifts_of(kinds, walls, origin) / unit
-        beyond, of, number = find_images(kinds, shifts, place, host.support, device)
+        shifts = shifts / unit
+        there_are = [replace(kind, columns=kind.columns[some]) for kind in kinds]
+        beyond, of, number = find_images(there_are, shifts, place, host.support, device)
         turn = np.stack([kind.turn for kind in kinds])[number]
         there = np.einsum("nab,nb->na", turn, place[of]) + shifts[number]
         sources, parent, turns = (
@@ -121,10 +127,12 @@ def spread_loads(conditions: Conditions, host: Host, walls: list[Wall], device: 
     low, high = lattice.split.layers
     # Behind its own faces it looks as deep as columns are, and there as far as moments are of.
     wide = lattice.wider((low - 2 * deep - 1, high + 2 * deep + 1))
-    columns, spread = _Columns(host, wide, [wall.of(wide) for wall in walls], deep, device), list[FaceLoad]()
-    faces = lattice.faces
-    for load in conditions.loads:
-        load = load.where(lattice.own_faces[load.face])
+    faces, spread = lattice.faces, list[FaceLoad]()
+    loads = [load.where(lattice.own_faces[load.face]) for load in conditions.loads]
+    loaded = np.unique(np.concatenate([load.face for load in loads]))
+    planes = np.stack([faces.axis[loaded], cell_index(lattice)[faces.cell[loaded], faces.axis[loaded]]], 1)
+    columns = _Columns(host, wide, [wall.of(wide) for wall in walls], np.unique(planes, axis=0), deep, device)
+    for load in loads:
         side = np.stack([faces.axis[load.face], faces.sign[load.face]], 1)
         # Each of two opposite faces by itself: both together have no resultant.
         for each in np.unique(lattice.split.domain.joined(side), axis=0):
@@ -175,22 +183,43 @@ def _kept_moments(
 
 
 class _Columns:
-    """The cells of a lattice behind each face, inward, so many `deep` at most, and the sums b_i of the cells."""
+    """The cells of a lattice behind each of some faces, inward, so many `deep` at most, and the sums b_i of the cells."""
 
-    def __init__(self, host: Host, lattice: Lattice, walls: list[Wall], deep: int, device: str):
-        self._frame, self._sums, self._depth = lattice.frame, face_sums(host, lattice, walls, device), deep
-        self._first, self._index, self._cells = lattice.split.points.first, cell_index(lattice), lattice.cells
-        self._at = {tuple(row): n for n, row in enumerate(self._index.tolist())}
-        self._sides = Counter(zip(lattice.faces.cell.tolist(), lattice.faces.axis.tolist(), strict=True))
-        near = {
-            (wall.axis, int(cell)): wall
-            for wall in walls
-            for cell in np.flatnonzero(wall.columns)
-            if (wall.point - lattice.cells[cell]) @ wall.normal < lattice.spacing
-        }
-        self._walled = set(near)
-        dim = len(lattice.frame.step)
+    def __init__(self, host: Host, lattice: Lattice, walls: list[Wall], planes: np.ndarray, deep: int, device: str):
+        """`planes` (p, 2): the axes that the faces are across, and the layers along these of the cells that they are of."""
+        self._frame, self._depth, first = lattice.frame, deep, lattice.split.points.first
+        index, dim, cell = cell_index(lattice), len(lattice.frame.step), lattice.faces.cell
+        near = np.zeros(len(index), bool)
+        for axis, layer in planes.tolist():
+            near |= np.abs(index[:, axis] - layer) <= 2 * deep + 1
+        some = np.flatnonzero(near)
+        self._number, self._index, self._cells = first + some, index[some], lattice.cells[some]
+        self._low, self._sides = (
+            index.min(0) - 1,
+            Counter(zip((first + cell).tolist(), lattice.faces.axis.tolist(), strict=True)),
+        )
+        self._extent = tuple((index.max(0) - self._low + 2).tolist())
+        self._keys = self._key(self._index)
+        kinds, middle = kinds_of(walls, lattice.split.domain), lattice.middle  # of all processes
+        images = kinds, shifts_of(kinds, walls, middle)
+        self._sums = face_sums(host, lattice, some, images, middle, device) if len(some) else np.zeros((0, dim))
+        walled = set[tuple[int, int]]()
+        for wall in walls:
+            over = np.flatnonzero(wall.columns)
+            over = over[(wall.point - lattice.cells[over]) @ wall.normal < lattice.spacing]
+            walled |= {(wall.axis, number) for number in (first + over).tolist()}
+        self._walled = walled
         self._beside = [[wall.normal for wall in walls if wall.axis != axis] for axis in range(dim)]
+
+    def _key(self, index: np.ndarray) -> np.ndarray:
+        """Numbers of places in the grid (..., dim), which ascend with those of the cells."""
+        return np.ravel_multi_index(tuple(np.moveaxis(index - self._low, -1, 0)), self._extent)
+
+    def _at(self, index: np.ndarray) -> int | None:
+        """The cell at a place in the grid (dim,), None where there is none."""
+        key = self._key(index)
+        row = int(np.searchsorted(self._keys, key))
+        return row if row < len(self._keys) and self._keys[row] == key else None
 
     def lever(self, direction: np.ndarray, axis: int) -> np.ndarray:
         """The projection of places (dim, dim) on what makes moments of a push along `direction` (dim,) of faces across an
@@ -202,20 +231,22 @@ class _Columns:
 
     def places(self, shares: Sequence[tuple[list[int], np.ndarray]]) -> np.ndarray:
         """Where cells are that share loads, as `shares` has them, (r, dim) [m]."""
-        return self._cells[np.array([cell for cells, _ in shares for cell in cells], np.int64) - self._first]
+        numbers = np.array([cell for cells, _ in shares for cell in cells], np.int64)
+        return self._cells[np.searchsorted(self._number, numbers)]
 
     def shares(self, number: int, side: tuple[int, int], value: Prescribed) -> tuple[list[int], np.ndarray]:
         """The cells that share a load on a face of a cell, across an axis and with a sign of its normal, by their numbers in
         the whole body, and their shares."""
-        cell, (axis, sign) = number - self._first, side
+        axis, sign = side
         inward = AXES if not self._frame.upright else AXES[axis]
-        if self._sides[cell, axis] > 1 or varies(value, inward) or (axis, cell) in self._walled:
+        if self._sides[number, axis] > 1 or varies(value, inward) or (axis, number) in self._walled:
             return [number], np.ones(1)
         normal = sign * self._frame.axes[:, axis]
-        step, column = -sign * np.eye(len(normal), dtype=int)[axis], [cell]
-        while (behind := self._at.get(tuple((self._index[column[-1]] + step).tolist()))) is not None:
+        step = -sign * np.eye(len(normal), dtype=int)[axis]
+        column = [int(np.searchsorted(self._number, number))]
+        while (behind := self._at(self._index[column[-1]] + step)) is not None:
             column.append(behind)
             if len(column) == 2 * self._depth:
                 break
         column = column[: min(self._depth, -(-len(column) // 2))]
-        return [each + self._first for each in column], -self._sums[column] @ normal
+        return self._number[column].tolist(), -self._sums[column] @ normal

@@ -132,7 +132,8 @@ class UpdatedRates:
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
-        made.refuse_isolated(made.domain.joined(self._rank.numpy()[self.near.own]))
+        known = placement.share.owns(np.arange(self._count))
+        made.refuse_isolated(np.where(known, self._rank.numpy(), space.dim))
 
     def _allocate(self, volume: np.ndarray, spring: float) -> None:
         """The arrays of the n particles, nondimensional; `volume` (n,) at the start, `spring` the stiffness per volume

@@ -38,16 +38,18 @@ class Evenness:
     def refuse(self, pairs: np.ndarray, work: float) -> None:
         """Raise Anew in all processes where the body is to be cut anew: own particles have so many `pairs` (n,), and the
         process visits as many as are its `work`."""
-        most, mean = (
-            float(self.domain.max(np.array(work))),
-            float(self.domain.sum(np.array(round(work)))) / self.domain.size,
-        )
-        if most <= self._known * mean:
+        cutting, domain = self.cutting, self.domain
+        # In pairs as there were at the start, which what other bodies have to do is in too.
+        now = domain.joined(np.array([[float(pairs.sum()), work]]))
+        others = np.zeros(domain.size) if cutting.loads is None else cutting.loads
+        works = now[:, 1] * float(cutting.counts.visits.sum()) / max(now[:, 0].sum(), 1.0) + others
+        if works.max() <= self._known * works.mean():
             return
-        self._known = most / mean
-        count = len(self.cutting.counts.visits)
-        mine = np.bincount(self.layer.astype(np.int64), pairs, count)
-        visits = self.domain.sum(mine.astype(np.int64)).astype(float)
-        now = self.cutting.works(visits, self.domain.joined(np.array([self.low])))
-        if max(work_of(self.cutting.slabs(visits))) <= WORTH * now.max():
+        self._known = float(works.max() / works.mean())
+        # A body has a layer of nodes more than of points.
+        layer = np.minimum(self.layer.astype(np.int64), len(cutting.counts.visits) - 1)
+        mine = np.bincount(layer, pairs, len(cutting.counts.visits))
+        visits = domain.sum(mine.astype(np.int64)).astype(float)
+        before = cutting.works(visits, domain.joined(np.array([self.low]))) + others
+        if (np.array(work_of(cutting.slabs(visits))) + others).max() <= WORTH * before.max():
             raise Anew(self.body, Remade(None, visits))
