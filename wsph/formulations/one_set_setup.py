@@ -296,8 +296,8 @@ class RateSetup:
         return numbers
 
     def refuse_isolated(self, rank: np.ndarray) -> None:
-        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient: of those that a process owns.
-        All that share the body look together."""
+        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient. Of those that a process does
+        not own it is to be enough; all that share the body look together."""
         host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
         if count := int(self.domain.sum(np.array([len(isolated)]))[0]):
             first = self.domain.joined(self.placement.position[isolated[:1]])[0].tolist()

@@ -13,6 +13,12 @@ from wsph.scene.lines import line_of, lines
 from wsph.scene.scene import Scene, apply_override
 
 
+def prepared(scene: Scene | str | Path, overrides: Mapping[str, object]) -> Scene:
+    """A scene, read where it is a file's, with `overrides` as of `Scene.with_`."""
+    read = load(scene) if isinstance(scene, (str, Path)) else scene
+    return read.with_(**overrides) if overrides else read
+
+
 def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
     """Read and validate a scene file; files that its bodies and tools name are looked for beside it first. Raises SceneError
     with every fault, its line and key."""

@@ -6,7 +6,7 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -26,7 +26,7 @@ from wsph.output.folder import OutputFolder, PartedFolder, UnwrittenFolder
 from wsph.output.frames import Listed
 from wsph.output.interrupts import Interrupts
 from wsph.output.view.bar import Bar
-from wsph.scene.load import load
+from wsph.scene.load import prepared
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
 from wsph.simulation.checkpoint import Found
@@ -118,7 +118,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                         claim.make()
                     running = Running(composition, folder, started, found)
                     watched = any_of(domain, enough is not None)
-                    del composition, composed  # of what is made anew, below, nothing is to be there twice
+                    del composition, composed  # what is made anew is not to be there twice
                     while True:
                         try:
                             result = running.run(progress or None, interrupts, WATCHED if watched else 1)
@@ -136,17 +136,21 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     return result
 
 
-def prepared(scene: Scene | str | Path, overrides: Mapping[str, object]) -> Scene:
-    """A scene, read where it is a file's, with `overrides` as of `Scene.with_`."""
-    read = load(scene) if isinstance(scene, (str, Path)) else scene
-    return read.with_(**overrides) if overrides else read
-
-
 class Running:
     """One run in progress: a composition, and what looks at it between blocks of its steps."""
 
-    def __init__(self, composition: Composition, folder: Path | None, started: float, found: Found | None = None):
-        """`started` is when the run was asked for, by `time.perf_counter`; `found` the checkpoint that it goes on from."""
+    def __init__(
+        self,
+        composition: Composition,
+        folder: Path | None,
+        started: float,
+        found: Found | None = None,
+        *,
+        inside: float = 0.0,
+        began: int | None = None,
+    ):
+        """`started` is when the run was asked for, by `time.perf_counter`; `found` the checkpoint that it goes on from; of a
+        run whose bodies have been made anew, the seconds in its steps so far, and the step from which on it ran."""
         scene, self._started, self._found = composition.scene, started, found
         self._composition, self._timeline = composition, composition.time_step.timeline
         frames = found[1]["frames"] if found is not None else None
@@ -164,11 +168,9 @@ class Running:
             composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxations
         )
         self._first = self._step = 0
-        self._began: int | None = None
-        """The step from which on it ran, where its bodies have been made anew since."""
+        self._inside, self._began = inside, began
         self._under_way = False
         self._failure: Unstable | None = None
-        self._inside = 0.0
         self._apart = 1
         """Steps between two words of processes that share the scene."""
         self._said_at_end: list[str] = []
@@ -256,9 +258,7 @@ class Running:
     @classmethod
     def going_on(cls, of: GoingOn) -> "Running":
         """The run that goes on."""
-        running = cls(of.composed(), of.folder, of.started, of.found)
-        running._inside, running._began = of.inside, of.first
-        return running
+        return cls(of.composed(), of.folder, of.started, of.found, inside=of.inside, began=of.first)
 
     @property
     def composition(self) -> Composition:
@@ -334,11 +334,10 @@ class Running:
 
     def _block(self, step: int, outside: Sequence[int] = ()) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
-        due = [self._timeline.last, *self._records.due(), *self._checkpoints.due(), *outside]
+        due = [self._timeline.last, self._checks.watch.due, *self._records.due(), *self._checkpoints.due(), *outside]
         due += [self._relaxations.due] if self._relaxations.due is not None else []
         if self._control.adapts:
             due.append(self._control.look)
-        due.append(self._checks.watch.due)
         most = RING if self._composition.program.looked else CHECK_STEPS
         due.append(step - step % most + most)  # wherever the run has been taken up
         return min(each for each in due if each > step) - step

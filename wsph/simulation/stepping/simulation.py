@@ -26,11 +26,12 @@ from wsph.output.claim import Claim
 from wsph.output.interrupts import Interrupts
 from wsph.plugins import integrators
 from wsph.quantities import read_cadence
+from wsph.scene.load import prepared
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import integrators_of
 from wsph.simulation.result import Result
-from wsph.simulation.run import ONE_RUN, Running, prepared
+from wsph.simulation.run import ONE_RUN, Running
 from wsph.simulation.stepping.conditions import Condition, condition
 from wsph.simulation.stepping.state import BodyState, State
 from wsph.simulation.timeline import Events
