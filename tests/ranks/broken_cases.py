@@ -38,12 +38,10 @@ def torn(by: str, dim: int = 2, *, between: str = "surface", dt: float = 0.2, **
 
 
 CASES = {
-    "field": lambda: torn("field"),
     "field tied": lambda: torn("field", between="tie", precision="f32"),
     "field in 3D": lambda: torn("field", 3, dt=0.15),
     "links": lambda: torn("links"),
     "links tied": lambda: torn("links", between="tie", dt=0.16, precision="f32", integrator="rk4"),
-    "links in 3D": lambda: torn("links", 3, dt=0.15, precision="f32"),
 }
 
 if __name__ == "__main__":

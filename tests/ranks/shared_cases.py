@@ -210,8 +210,8 @@ DRIVEN = [
 ]
 
 
-def distorted(far: tuple[float, float], velocity: str, **changes: object) -> wsph.Scene:
-    """A body that is distorted until particles of parts that are not next to each other are neighbours."""
+def distorted(far: tuple[float, float], velocity: str, *, at: str = "cells", **changes: object) -> wsph.Scene:
+    """A body of particles `at` cells or nodes, distorted until parts that are not next to each other are neighbours."""
     shape = {"type": "box", "min": [0.0, 0.0], "max": list(far)}
     probes = [
         {
@@ -223,7 +223,7 @@ def distorted(far: tuple[float, float], velocity: str, **changes: object) -> wsp
         {"name": "low", "where": "y < 60 and x < 50", "fields": ["stress"], "reduce": "max", "every": 2},
     ]
     given: dict[str, Any] = {
-        "body": {"shape": shape, "velocity": [velocity, "0.0"]},
+        "body": {"shape": shape, "velocity": [velocity, "0.0"], "placement": at},
         "run": {"dt": 0.05, "end": 2.4, "guard": "off"},
         "stop": {"energy": 1e300},
         "output": {"every": 24, "history": 12, "fields": ["velocity", "stress", "displacement"], "formats": []},
@@ -411,7 +411,7 @@ CASES = {
     "updated bar": lambda: scene(1, form=UPDATED, law="jaumann", body={"velocity": ["0.2*sin(0.01*x)"]}),
     "updated sheared": lambda: distorted((20.0, 250.0), "y - 125"),
     "updated pressed": lambda: distorted((140.0, 30.0), "0.3*(70 - x)"),
-    "updated heaped": lambda: distorted((140.0, 30.0), "0.15*(abs(x - 70) - (x - 70))"),
+    "updated heaped": lambda: distorted((140.0, 30.0), "0.15*(abs(x - 70) - (x - 70))", at="nodes"),
     "updated waiting": lambda: distorted((140.0, 30.0), "0.1*(70 - x)", **WAITING),
     "updated contact": lambda: meeting(form=UPDATED, body=SWAYING),
     "updated balls": lambda: balls(form=UPDATED, body=SWAYING),
@@ -426,7 +426,7 @@ CASES = {
     "updated relaxed": lambda: scene(
         form=UPDATED,
         boundary=[PRESSED[0] | {"force": {"y": 0.4}}],
-        relax={"until": 0.7, "max_steps": 5000},
+        relax={"until": 0.9, "max_steps": 5000},
         run={"dt": 0.4},
     ),
     "two sets": lambda: two_sets(body={"body_force": WEIGHT, "damping": {"rate": 0.01}}, gravity={"y": -1e-4}),

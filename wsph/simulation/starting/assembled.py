@@ -25,12 +25,14 @@ class Assembled(Mapping[str, np.ndarray]):
 
     def here(self, name: str, pieces: Sequence[Piece]) -> np.ndarray | None:
         """The part of an array that stands in `pieces` of the whole, of whose shards one is read at a time; None where there
-        is none of these pieces."""
+        is none."""
         if name in self._others:
             return here(self._others, name, pieces)
         of = self._arrays.get(name)
-        if of is None or of["pieces"] != [[each.width, each.rows.whole] for each in pieces]:
+        if of is None:
             return None
+        if of["pieces"] != [[each.width, each.rows.whole] for each in pieces]:
+            return here({name: self[name]}, name, pieces)  # of a body that each process had whole
         found = [self._piece(name, k, piece, of) for k, piece in enumerate(pieces)]
         return found[0] if not pieces[0].width else np.concatenate([rows.ravel() for rows in found])
 
