@@ -7,7 +7,7 @@ import pytest
 
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
-from wsph.backend.domain import WHOLE, Share
+from wsph.backend.domain import WHOLE, Share, Split
 from wsph.boundary.loads.rows import whole_area
 from wsph.formulations.updated.sharing.anew import Anew
 from wsph.formulations.updated.sharing.beyond import Beyond
@@ -133,7 +133,9 @@ def test_what_came_near_and_is_not_held_is_known(size: int) -> None:
         share = Share(1000, held[0], held[1] - held[0], low, high)
         rows = place[share.window]
         seeing = (apart[low:high, share.window] < reach).any(0)
-        beyond = Beyond("b", share, layer[share.window], around, around, domain, "cpu")
+        beyond = Beyond(
+            "b", Split(domain, share, share, layers=around, around=around), share, layer[share.window], "cpu"
+        )
         with pytest.raises(Anew) as caught:
             beyond.refuse(rows, seeing, reach)
         layers, lost = caught.value.by.layers, layer[missing(domain.rank, *held)]
@@ -142,7 +144,8 @@ def test_what_came_near_and_is_not_held_is_known(size: int) -> None:
         assert layers[0] <= lost.min(initial=40)
         assert lost.max(initial=-1) < layers[1]
         assert len(lost) or layers == around
-        beyond = Beyond("b", Share(1000, 0, 1000, low, high), layer, (0, 40), (0, 40), domain, "cpu")
+        share = Share(1000, 0, 1000, low, high)
+        beyond = Beyond("b", Split(domain, share, share, layers=(0, 40), around=(0, 40)), share, layer, "cpu")
         beyond.refuse(place, (apart[low:high] < reach).any(0), reach)  # all of it is held: nothing is missing
         return layers
 

@@ -271,6 +271,22 @@ def failing_together(domain: Domain) -> Generator[None]:
         raise
 
 
+class Together(Exception):
+    """What all processes raise at the same place: none of them waits for another."""
+
+
+@contextmanager
+def ending_together(domain: Domain) -> Generator[None]:
+    """What goes wrong within it in this process ends all, in the middle of steps; what all raise together does not."""
+    try:
+        yield
+    except Together:
+        raise
+    except BaseException as error:
+        domain.abort(error)
+        raise
+
+
 def any_of(domain: Domain, flag: bool) -> bool:
     """Whether something holds in any part."""
     return flag if domain.size == 1 else bool(domain.max(np.array([flag], np.int64))[0])

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from wsph.backend.domain import anywhere
 from wsph.boundary.programs.prescribed import Moved, nonzero, varies
 from wsph.boundary.tables import Boundary
 from wsph.doubts import doubt
@@ -110,7 +111,7 @@ class Walls:
         """The axes across which each of some particles has one of some `rows` of the faces, in all parts of the body."""
         faces, dim = self._lattice.faces, self._index.shape[1]
         apart = [not np.isin(particles, faces.cell[rows & (faces.axis == axis)]).all() for axis in range(dim)]
-        return np.flatnonzero(self._domain.max(np.array(apart, np.int64)) == 0).tolist()
+        return np.flatnonzero(~anywhere(self._domain, np.array(apart))).tolist()
 
     def take(
         self, k: int, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Moved]

@@ -15,7 +15,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from wsph.backend.domain import Share, failing_together
+from wsph.backend.domain import Share, ending_together, failing_together
 from wsph.backend.threads import cores
 from wsph.errors import WsphError
 from wsph.ranks.communicator import Communicator, Request
@@ -92,11 +92,8 @@ class Ranks:
             with failing_together(self):
                 found = of()
         self._hear(None)
-        try:
+        with ending_together(self):  # the first may have no room to pack all parts, and the others wait for theirs
             return self._comm.scatter(found, 0)
-        except BaseException as error:  # the first has no room to pack all parts, and the others wait for theirs
-            self.abort(error)
-            raise
 
     def passed(self, rows: Sequence[np.ndarray]) -> list[np.ndarray]:
         counts = np.array(self._hear([len(each) for each in rows]))

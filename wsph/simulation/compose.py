@@ -74,7 +74,7 @@ def compose(scene: Scene, domain: Domain = WHOLE, remade: Mapping[str, Remade] |
                 composition.said = said
                 return composition
             except Anew as anew:
-                remade[anew.body] = remade.get(anew.body, Remade()).by(anew.by)
+                remade = anew.after(remade)
     except SceneError as error:
         raise scene.located(error) from None
 

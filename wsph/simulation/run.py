@@ -15,7 +15,7 @@ import warp as wp
 
 from wsph.backend.arrays import host
 from wsph.backend.device import give_back
-from wsph.backend.domain import WHOLE, Domain, any_of, failing_together
+from wsph.backend.domain import WHOLE, Domain, any_of, ending_together, failing_together
 from wsph.backend.graph import BLOCKS
 from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
@@ -368,13 +368,8 @@ class Running:
         done = 0
         while done < count and not (done > 0 and self._asked(interrupts)):
             steps, began = min(self._apart, count - done), time.perf_counter()
-            try:
+            with ending_together(self._domain):
                 done += self._composition.program.run(steps)
-            except Anew:  # in all of them
-                raise
-            except BaseException as error:
-                self._domain.abort(error)
-                raise
             pace = int(TOGETHER_SECONDS * steps / max(time.perf_counter() - began, 1e-9))
             self._apart = self._domain.told(lambda pace=pace: min(max(pace, 1), 4 * self._apart))
         return done

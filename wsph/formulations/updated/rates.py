@@ -105,15 +105,12 @@ class UpdatedRates:
         self._space, self._clock, self._state, self._body = space, made.setup.clock, state, body
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
         self._count, self._at_nodes, self._domain = placement.count, placement.at_nodes, made.domain
-        layer = body.node_layer if placement.at_nodes else body.point_layer
-        split = body.split
-        around = host.name, placement.share, layer, split.layers, split.around, made.domain, self._clock.device
-        right = split.right
-        at = 0 if placement.at_nodes else 1
-        even = None
+        split, share = body.split, placement.share
+        layer, at = (body.node_layer, 0) if placement.at_nodes else (body.point_layer, 1)
+        beyond, even = Beyond(host.name, split, share, layer, self._clock.device), None
         if body.cutting is not None:
-            even = Evenness(host.name, body.cutting, split.nodes.low, layer[placement.share.own], made.domain)
-        self.near = Near(placement.share, None if right is None else right[at], Beyond(*around), even)
+            even = Evenness(host.name, body.cutting, split.nodes.low, layer[share.own], made.domain)
+        self.near = Near(share, None if split.right is None else split.right[at], beyond, even)
         self._arrays = made.arrays.part("rates")
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients = made.coefficients(self.form)

@@ -3,66 +3,37 @@
 # pyright: strict
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from wsph.errors import CheckpointError
-from wsph.ranks.kept import Piece
-from wsph.simulation.starting.shards import FIRST, Array, Shards
-from wsph.simulation.starting.source import filled, here
+from wsph.simulation.starting.shards import FIRST, Shards
+from wsph.simulation.starting.source import Parted, fill
 
 
-class Assembled(Mapping[str, np.ndarray]):
-    """The arrays of a checkpoint in shards: each is put together when it is asked for. Raises CheckpointError where a shard
-    is not what it was."""
+class Assembled(Parted):
+    """The arrays of a checkpoint in shards: each is put together when it is asked for, from one shard after the other.
+    Raises CheckpointError where a shard is not what it was."""
 
     def __init__(self, path: Path, shards: Shards, others: Mapping[str, np.ndarray]):
         """`others`: the arrays that are not in shards."""
-        self._arrays, self._others = shards["arrays"], others
+        super().__init__(tuple(shards["arrays"]), others)
+        self._arrays = shards["arrays"]
         self._shards = [_opened(path.parent / name, digest) for name, digest in shards["files"]]
 
-    def here(self, name: str, pieces: Sequence[Piece]) -> np.ndarray | None:
-        """The part of an array that stands in `pieces` of the whole, of whose shards one is read at a time; None where there
-        is none."""
-        if name in self._others:
-            return here(self._others, name, pieces)
-        of = self._arrays.get(name)
-        if of is None:
-            return None
-        if of["pieces"] != [[each.width, each.rows.whole] for each in pieces]:
-            return here({name: self[name]}, name, pieces)  # of a body that each process had whole
-        found = [self._piece(name, k, piece, of) for k, piece in enumerate(pieces)]
-        return found[0] if not pieces[0].width else np.concatenate([rows.ravel() for rows in found])
+    def _standing(self, name: str) -> list[tuple[int, int]]:
+        return [(width, whole) for width, whole in self._arrays[name]["pieces"]]
 
-    def _piece(self, name: str, number: int, piece: Piece, of: Array) -> np.ndarray:
-        wanted = piece.rows.places
-        rows = np.zeros((len(wanted), piece.width) if piece.width else (len(wanted), *of["shape"]), of["type"])
+    def _rows(self, name: str, number: int, places: np.ndarray) -> np.ndarray:
+        of, (width, _) = self._arrays[name], self._standing(name)[number]
+        rows = np.zeros((len(places), width) if width else (len(places), *of["shape"]), of["type"])
         for shard in self._shards:
-            places = _numbers(shard[f"{name}:{number}:at"])
-            if len(places) and len(wanted) and places.min() <= wanted.max() and places.max() >= wanted.min():
-                filled(piece, places, shard[f"{name}:{number}"], rows)
+            there = _numbers(shard[f"{name}:{number}:at"])
+            if len(there) and len(places) and there.min() <= places.max() and there.max() >= places.min():
+                fill(rows, places, there, shard[f"{name}:{number}"])
         return rows
-
-    def __getitem__(self, key: str) -> np.ndarray:
-        if key in self._others:
-            return self._others[key]
-        of = self._arrays[key]
-        found: list[np.ndarray] = []
-        for k, (width, whole) in enumerate(of["pieces"]):
-            rows = np.zeros((whole, width) if width else (whole, *of["shape"]), of["type"])
-            for shard in self._shards:
-                at = shard[f"{key}:{k}:at"]
-                rows[_numbers(at)] = shard[f"{key}:{k}"]
-            found.append(rows.ravel() if width else rows)
-        return np.concatenate(found) if len(found) > 1 else found[0]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter((*self._others, *self._arrays))
-
-    def __len__(self) -> int:
-        return len(self._others) + len(self._arrays)
 
 
 def _opened(path: Path, digest: str) -> Mapping[str, np.ndarray]:

@@ -45,8 +45,9 @@ class GoingOn:
         first: int | None,
     ) -> "GoingOn":
         """The run of a composition, in which a body is asked for to be made anew."""
-        remade = {**was.remade, asked.body: was.remade.get(asked.body, Remade()).by(asked.by)}
-        return cls(was.scene, was.domain, remade, folder, started, inside, found, first, list(was.said))
+        return cls(
+            was.scene, was.domain, asked.after(was.remade), folder, started, inside, found, first, list(was.said)
+        )
 
     def composed(self) -> Composition:
         """The scene made ready again, once what was before is gone."""

@@ -17,10 +17,10 @@ from typing import TypedDict, cast
 import numpy as np
 
 from wsph.backend.arrays import Arrays, put
+from wsph.backend.domain import ending_together
 from wsph.backend.graph import Program
 from wsph.backend.state import State
 from wsph.errors import Unstable
-from wsph.formulations.updated.sharing.anew import Anew
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray, Stepped
 from wsph.ranks.blocks import own_sum
@@ -201,13 +201,8 @@ class Relaxation:
         domain = self._composition.domain
         if domain.size == 1:
             return self._program.run(count, stop)
-        try:
+        with ending_together(domain):
             return self._program.run(count)
-        except Anew:  # in all of them
-            raise
-        except BaseException as error:
-            domain.abort(error)
-            raise
 
     def _look(self) -> bool:
         """Add a row; whether all bodies are at rest."""

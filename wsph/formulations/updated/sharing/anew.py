@@ -2,9 +2,12 @@
 
 # pyright: strict
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+from wsph.backend.domain import Together
 
 
 @dataclass(frozen=True)
@@ -20,9 +23,13 @@ class Remade:
         return other if other.visits is not None else replace(self, layers=other.layers)
 
 
-class Anew(Exception):
+class Anew(Together):
     """A body is to be made anew in all processes that share it; its state is as it was."""
 
     def __init__(self, body: str, by: Remade):
         super().__init__(f"body {body!r} is to be made anew")
         self.body, self.by = body, by
+
+    def after(self, remade: Mapping[str, Remade]) -> dict[str, Remade]:
+        """What bodies are made by then, by their names, that had been made by `remade`."""
+        return {**remade, self.body: remade.get(self.body, Remade()).by(self.by)}

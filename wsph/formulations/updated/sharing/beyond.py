@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.backend.arrays import host
-from wsph.backend.domain import Domain, Share
+from wsph.backend.domain import Share, Split, any_of
 from wsph.formulations.updated.sharing.anew import Anew, Remade
 from wsph.sph.pairs import Pairs, find_pairs
 
@@ -22,28 +22,26 @@ NONE = (2**31, -(2**31))
 
 @dataclass(frozen=True)
 class Beyond:
-    """What is beyond the layers that a process holds, from one up to another, `around` its own `layers`, of a body called
-    `body`. `layer` (n,): those of the particles that it holds."""
+    """What is beyond the layers that a process holds of a body called `body`, of which it has the part `split`: of the
+    particles a `share`, in layers `layer` (n,)."""
 
     body: str
+    split: Split
     share: Share
     layer: np.ndarray
-    layers: tuple[int, int]
-    around: tuple[int, int]
-    domain: Domain
     device: str
 
     def refuse(self, place: np.ndarray, seeing: np.ndarray, reach: float) -> None:
         """Raise Anew in all processes where one does not hold all that its own particles see within `reach`, and that
         these and other `seeing` ones (n,) bool see. All are at `place` (n, dim)."""
         missing = self._missing(place, seeing, reach)
-        (first, last), (begin, end), (low, high) = missing, self.around, self.layers
+        (first, last), (begin, end), (low, high) = missing, self.split.around, self.split.layers
         # And half as many as there are, so that it is not made anew too often.
         wanted = (
             first - 1 - (low - begin) // 2 if first < begin else begin,
             last + 2 + (end - high) // 2 if last >= end else end,
         )
-        if self.domain.max(np.array([missing != NONE], np.int64))[0]:
+        if any_of(self.split.domain, missing != NONE):
             raise Anew(self.body, Remade(wanted))
 
     def _missing(self, place: np.ndarray, seeing: np.ndarray, reach: float) -> tuple[int, int]:
@@ -60,7 +58,7 @@ class Beyond:
     def _near(self, place: np.ndarray, seeing: np.ndarray, reach: float) -> np.ndarray:
         """Layer and place of the particles that others own, and this process does not hold, in the box around what it sees,
         (m, 1 + dim)."""
-        share, domain, dim = self.share, self.domain, place.shape[1]
+        share, domain, dim = self.share, self.split.domain, place.shape[1]
         mine = place[share.own]
         low = np.minimum(mine.min(0) - 2.0 * reach, place[seeing].min(0) - reach)
         high = np.maximum(mine.max(0) + 2.0 * reach, place[seeing].max(0) + reach)

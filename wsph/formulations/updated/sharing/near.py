@@ -67,7 +67,7 @@ class Near:
 
     def __init__(self, share: Share, right: slice | None, beyond: Beyond, evenness: Evenness | None):
         self._share, self._right, self._beyond, self._evenness = share, right or share.own, beyond, evenness
-        self.halo = beyond.domain.chosen_halo(share)
+        self.halo = beyond.split.domain.chosen_halo(share)
         self.own, self.stress, self.move = share.own, slice(0, share.held), slice(0, share.held)
 
     def find(self, look: Callable[[np.ndarray | None], Sights], place: np.ndarray, reach: float) -> Sights:
